@@ -40,9 +40,9 @@ struct Splitter {
         shape.end(node) - shape.begin(node), [&] { split(first); }, [&] { split(TreeShape::right(node)); });
   }
 
-  void split_blocks(std::uint32_t first, std::uint32_t last) const {
+  void split_blocks(BlockId first, BlockId last) const {
     if (last - first < 2) return;
-    const std::uint32_t middle = first + (last - first + 1) / 2;
+    const BlockId middle = first + (last - first + 1) / 2;
     split_at(shape.begin_of_block(first), shape.begin_of_block(middle), shape.begin_of_block(last));
     split_blocks(first, middle);
     split_blocks(middle, last);

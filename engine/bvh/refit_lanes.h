@@ -160,7 +160,7 @@ WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds
   EightEnds<Bounds> sums;
   for (std::size_t t = kEnds == Ends::kBoth ? 0 : 1; t < 2; ++t) {
     for (std::uint32_t b = 0; b < count; ++b) {
-      primitives[b].take(points, bvh.leaves.corners[first + b], t);
+      primitives[b].take(points, bvh.leaves.corners[number_of(first + b)], t);
       float sum[kLanes];
       primitives[b].sum(sum);
       sums.set(b, sum);
@@ -169,7 +169,8 @@ WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds
       for (auto& row : sums.row) row[b] = row[0];
     sums.sum(bvh.nodes[number_of(node)].lane.data() + t * kLanes);
     grid.set(bvh.nodes[number_of(node)], t);
-    for (std::uint32_t b = 0; b < count; ++b) primitives[b].put(grid, t, bvh.leaves.blocks[first + b]);
+    for (std::uint32_t b = 0; b < count; ++b)
+      primitives[b].put(grid, t, bvh.leaves.blocks[number_of(first + b)]);
     if (!bvh.leaves.wide.empty()) sums.put(grid, t, bvh.leaves.wide[leaf]);
   }
 }

@@ -89,10 +89,11 @@ WARMFRONT_INLINE void advance_leaf(std::span<const PointBounds> bounds, double m
                                    NodeId node) {
   const auto [first, end] = bvh.leaves.blocks_of[number_of(bvh.shape.leaf_of(node))];
   Displacements of_leaf;
-  for (std::uint32_t block = first; block < end; ++block) {
+  for (BlockId block = first; block < end; ++block) {
+    const std::uint32_t b = number_of(block);
     Displacements moved;
-    for (const std::uint32_t v : bvh.travel.block_vertices[block]) moved.see(bounds[v]);
-    if (!bvh.travel.blocks.empty()) advance(moved, magnitude, bvh.travel.slack, bvh.travel.blocks[block]);
+    for (const std::uint32_t v : bvh.travel.block_vertices[b]) moved.see(bounds[v]);
+    if (!bvh.travel.blocks.empty()) advance(moved, magnitude, bvh.travel.slack, bvh.travel.blocks[b]);
     of_leaf.see(moved);
   }
   advance(of_leaf, magnitude, bvh.travel.slack, bvh.travel.nodes[number_of(node)]);

@@ -20,4 +20,9 @@ enum class LeafId : std::uint32_t {};
 template <>
 inline constexpr bool kIsNumber<LeafId> = true;
 
+/// A block of primitives, counted from the left.
+enum class BlockId : std::uint32_t {};
+template <>
+inline constexpr bool kIsNumber<BlockId> = true;
+
 }  // namespace warmfront

@@ -51,18 +51,20 @@ class TreeShape {
   NodeId node_of(LeafId leaf) const { return first_leaf() + number_of(leaf); }
   LeafId end_leaf() const { return LeafId{leaf_count()}; }  ///< after the last
   /// Position in `order` where the primitives of a block begin; those of the last end where one more would.
-  std::uint32_t begin_of_block(std::uint32_t block) const {
-    return begins_ != nullptr ? (*begins_)[block] : share(block, primitives_, blocks_);
+  std::uint32_t begin_of_block(BlockId block) const {
+    const std::uint32_t b = number_of(block);
+    return begins_ != nullptr ? (*begins_)[b] : share(b, primitives_, blocks_);
   }
   /// So many primitives hold the largest of the blocks; unless with_blocks() said otherwise, the others one
   /// less.
   std::uint32_t largest_block() const { return largest_block_; }
-  std::uint32_t size_of_block(std::uint32_t block) const {
+  std::uint32_t size_of_block(BlockId block) const {
     return begin_of_block(block + 1) - begin_of_block(block);
   }
   /// Where the blocks below `node` begin, and where they end.
-  std::uint32_t first_block(NodeId node) const { return first_block(level_of(node), index_of(node)); }
-  std::uint32_t end_block(NodeId node) const { return first_block(level_of(node), index_of(node) + 1); }
+  BlockId first_block(NodeId node) const { return first_block(level_of(node), index_of(node)); }
+  BlockId end_block(NodeId node) const { return first_block(level_of(node), index_of(node) + 1); }
+  BlockId end_block() const { return BlockId{blocks_}; }  ///< after the last
   /// Position in `order` where the primitives below `node` begin, and where they end.
   std::uint32_t begin(NodeId node) const { return begin_of_block(first_block(node)); }
   std::uint32_t end(NodeId node) const { return begin_of_block(end_block(node)); }
@@ -102,10 +104,10 @@ class TreeShape {
   }
   // From the leaves left of node `index` of `level`: counted on the last level, where beyond its end every
   // two stand for one of the level above.
-  std::uint32_t first_block(int level, std::uint32_t index) const {
+  BlockId first_block(int level, std::uint32_t index) const {
     const std::uint32_t last = index << (depth_ - level);
     const std::uint32_t filled = 2 * leaves_ - (1U << depth_);
-    return share(last <= filled ? last : filled + (last - filled) / 2, blocks_, leaves_);
+    return BlockId{share(last <= filled ? last : filled + (last - filled) / 2, blocks_, leaves_)};
   }
 
   std::uint32_t primitives_ = 0;
@@ -117,10 +119,10 @@ class TreeShape {
   std::shared_ptr<const std::vector<std::uint32_t>> begins_;  // null: as shared out
 };
 
-/// Blocks one after another, by their numbers.
+/// Blocks one after another.
 struct BlockRange {
-  std::uint32_t begin;
-  std::uint32_t end;
+  BlockId begin;
+  BlockId end;
 
   std::uint32_t size() const { return end - begin; }
   bool operator==(const BlockRange&) const = default;

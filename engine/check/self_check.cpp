@@ -170,14 +170,14 @@ class SelfCheck {
     if (tree.leaves.grids[l].begin_at_1 != 0 && tree.leaves.grids[l].begin_at_1 != Bounds::kAxes)
       return false;
     if (!(tree.leaves.blocks_of[l] == blocks)) return false;
-    for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
+    for (BlockId block = blocks.begin; block < blocks.end; ++block) {
       const std::uint32_t begin = tree.shape.begin_of_block(block);
       const std::uint32_t size = tree.shape.size_of_block(block);
       for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
         const Face vertices =
             primitive_vertices(core_.topology->scene, tree.order[begin + (i < size ? i : 0)]);
         for (std::size_t k = 0; k < 3; ++k)
-          if (tree.leaves.corners[block].vertex[k][i] != vertices[k]) return false;
+          if (tree.leaves.corners[number_of(block)].vertex[k][i] != vertices[k]) return false;
       }
     }
     return true;
@@ -205,12 +205,12 @@ class SelfCheck {
     own.set(bounds, 0);
     own.set(bounds, 1);
     if (!(own == grid)) return false;
-    for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
+    for (BlockId block = blocks.begin; block < blocks.end; ++block) {
       const std::uint32_t begin = tree.shape.begin_of_block(block);
       const std::uint32_t size = tree.shape.size_of_block(block);
       for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
         const bool held = holds_primitive(begin + (i < size ? i : 0), [&](const Bounds& inner) {
-          return holds_numbers(grid, tree.leaves.blocks[block], i, inner) &&
+          return holds_numbers(grid, tree.leaves.blocks[number_of(block)], i, inner) &&
                  (tree.leaves.wide.empty() ||
                   holds_numbers(grid, tree.leaves.wide[leaf], block - blocks.begin, inner));
         });

@@ -35,8 +35,8 @@ WARMFRONT_INLINE std::uint32_t exhausted_of_four(const NeighbourPair* pairs, con
   Float4 offset[4];  // the fourth lane is none
   UInt4 left[4];     // the fourth lane is what is left of the gap, the others are nothing
   for (int i = 0; i < 4; ++i) {
-    const auto a = load<Float4>(&travel[pairs[i].a]);
-    const auto b = load<Float4>(&travel[pairs[i].b]);
+    const auto a = load<Float4>(&travel[number_of(pairs[i].a)]);
+    const auto b = load<Float4>(&travel[number_of(pairs[i].b)]);
     const auto budget = load<Float4>(&pairs[i].budget);
     offset[i] = (a - b) - budget;
     left[i] = (UInt4)budget - (UInt4)a - (UInt4)b;
@@ -78,7 +78,9 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
   }
   for (; n < pairs.size(); ++n) {
     due[count] = n;
-    count += pairs[n].budget.exhausted(travel[pairs[n].a], travel[pairs[n].b], reserve) ? 1 : 0;
+    count += pairs[n].budget.exhausted(travel[number_of(pairs[n].a)], travel[number_of(pairs[n].b)], reserve)
+                 ? 1
+                 : 0;
   }
   return count;
 }
@@ -90,7 +92,7 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
   std::vector<LeafId> leaf_of(tree.shape.block_count());  // by block
   for (LeafId leaf{0}; leaf < tree.shape.end_leaf(); ++leaf) {
     const BlockRange& blocks = tree.leaves.blocks_of[number_of(leaf)];
-    std::fill_n(leaf_of.begin() + blocks.begin, blocks.size(), leaf);
+    std::fill_n(leaf_of.begin() + number_of(blocks.begin), blocks.size(), leaf);
   }
   const PatchesOfTwo patches(tree.patches, tree.patches);
   chunks.resize(tree.shape.subtree_count());
@@ -103,12 +105,14 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
     of_leaf.clear();
     others.clear();
     const auto [first, end] = tree.leaves.blocks_of[number_of(leaf)];
-    for (std::uint32_t a = first; a < end; ++a) {
-      tree.leaves.shared->for_neighbours(a, [&](std::uint32_t b) {
-        of_leaf.push_back({a, b, TravelBudget::grant(tree.travel.blocks[a], tree.travel.blocks[b], -1),
-                           tree.excluded(a, b)});
-        const auto at = std::ranges::lower_bound(others, leaf_of[b]);
-        if (at == others.end() || *at != leaf_of[b]) others.insert(at, leaf_of[b]);
+    for (BlockId a = first; a < end; ++a) {
+      tree.leaves.shared->for_neighbours(a, [&](BlockId b) {
+        const NodeTravel& of_a = tree.travel.blocks[number_of(a)];
+        const NodeTravel& of_b = tree.travel.blocks[number_of(b)];
+        of_leaf.push_back({a, b, TravelBudget::grant(of_a, of_b, -1), tree.excluded(a, b)});
+        const LeafId other = leaf_of[number_of(b)];
+        const auto at = std::ranges::lower_bound(others, other);
+        if (at == others.end() || *at != other) others.insert(at, other);
       });
     }
     const std::uint32_t subtree = tree.shape.subtree_of(node);
@@ -118,7 +122,7 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
       const bool within = tree.shape.subtree_of(other_node) == subtree;
       NeighbourChunk& chunk = within ? chunks[subtree] : open_chunk(chunks, tree.shape.subtree_count());
       std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),
-                           [&](const NeighbourPair& pair) { return leaf_of[pair.b] == other; });
+                           [&](const NeighbourPair& pair) { return leaf_of[number_of(pair.b)] == other; });
       chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
       chunk.nodes.add(node);
       chunk.nodes.add(other_node);
@@ -165,8 +169,8 @@ void Neighbours::settle(std::uint32_t part, std::span<const NodeTravel> block_tr
                         std::uint32_t reserve) noexcept {
   for (NeighbourChunk& chunk : of(part)) {
     for (NeighbourPair& pair : chunk.pairs) {
-      const NodeTravel& at_a = block_travel[pair.a];
-      const NodeTravel& at_b = block_travel[pair.b];
+      const NodeTravel& at_a = block_travel[number_of(pair.a)];
+      const NodeTravel& at_b = block_travel[number_of(pair.b)];
       if (!pair.budget.exhausted(at_a, at_b, reserve)) continue;
       pair.budget.spend(at_a, at_b);
       chunk.may_have_contacts = true;
@@ -179,7 +183,9 @@ void Neighbours::leave_trial(std::uint32_t part, const TrialTravel& blocks, Tria
                              std::uint32_t reserve) noexcept {
   for (NeighbourChunk& chunk : of(part)) {
     for (NeighbourPair& pair : chunk.pairs) {
-      if (warmfront::leave_trial(pair.budget, blocks, pair.a, blocks, pair.b, left, reserve)) continue;
+      if (warmfront::leave_trial(pair.budget, blocks, number_of(pair.a), blocks, number_of(pair.b), left,
+                                 reserve))
+        continue;
       chunk.may_have_contacts = true;
       chunk.at_rest.known = false;
     }

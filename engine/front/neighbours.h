@@ -16,8 +16,8 @@ namespace warmfront {
 /// Two blocks of a part, or one with itself, and for how long their primitives need not be tested against
 /// each other.
 struct NeighbourPair {
-  std::uint32_t a;  ///< block numbers, a <= b
-  std::uint32_t b;
+  BlockId a;  ///< a <= b
+  BlockId b;
   TravelBudget budget;
   std::uint64_t excluded;  ///< as Bvh::excluded() says: kept here, where it comes with the rest
 };

@@ -91,8 +91,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const std::uint32_t i = bit / 8;
       const std::uint32_t j = bit % 8;
       const OneOfLeaf block = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j);
-      const std::uint32_t block_a = blocks_a.begin + i;
-      const std::uint32_t block_b = blocks_b.begin + j;
+      const BlockId block_a = blocks_a.begin + i;
+      const BlockId block_b = blocks_b.begin + j;
       const std::uint64_t excluded = which.skip_neighbours ? a.excluded_if_not_listed(block_a, block_b)
                                                            : Blocks::excluded(a, block_a, b, block_b);
       const float gap = blocks_.test(a, block_a, b, block_b, excluded, same && i == j ? nullptr : &block);
@@ -127,7 +127,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const GridPair<Bounds> between =
           grid_pair(tree.leaves.grids[number_of(leaves.a)], tree.leaves.grids[number_of(leaves.b)], width);
       const EightBounds<Bounds>& wide_b = tree.leaves.wide[number_of(leaves.b)];
-      const std::uint32_t first_b = tree.leaves.blocks_of[number_of(leaves.b)].begin;
+      const BlockId first_b = tree.leaves.blocks_of[number_of(leaves.b)].begin;
       blocks_.begin_leaves(tree, tree, between, width);
       for (; due != due_.cend() && *due < leaves.end; ++due) {
         // What is due lies anywhere: it is asked for some pairs ahead.
@@ -137,7 +137,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
         const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - first_b);
         const float gap =
             blocks_.test(tree, pair.a, tree, pair.b, pair.excluded, pair.a == pair.b ? nullptr : &whole_b);
-        pair.budget = TravelBudget::grant(granted_at[pair.a], granted_at[pair.b], gap);
+        pair.budget = TravelBudget::grant(granted_at[number_of(pair.a)], granted_at[number_of(pair.b)], gap);
         chunk.may_have_contacts |= !(gap > width.straight);
       }
     }
@@ -167,7 +167,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
  private:
   // Those of the near blocks that are listed as neighbours: as they share a vertex, all that are.
   static std::uint64_t neighbours_among(std::uint64_t near, const LeafBlocks& which, const Bvh<Bounds>& tree,
-                                        std::uint32_t first_a, std::uint32_t first_b) {
+                                        BlockId first_a, BlockId first_b) {
     if (which.neighbours != 0) return which.neighbours;
     std::uint64_t neighbours = 0;
     for (std::uint64_t bits = near; bits != 0; bits &= bits - 1) {
@@ -178,8 +178,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   }
 
   static void prefetch(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
-    prefetch(tree.leaves.blocks[pair.a]);
-    if (pair.b != pair.a) prefetch(tree.leaves.blocks[pair.b]);
+    prefetch(tree.leaves.blocks[number_of(pair.a)]);
+    if (pair.b != pair.a) prefetch(tree.leaves.blocks[number_of(pair.b)]);
   }
   static void prefetch(const EightBounds<Bounds>& eight) {
     constexpr std::size_t kRowsInALine = 2;

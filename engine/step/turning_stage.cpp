@@ -171,16 +171,18 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
     paced.check();
     part.primitives[i] = box_of(core, part, primitive_vertices(core.topology->scene, tree.order[i]), piece);
   }
-  for (std::uint32_t block = 0; block < part.blocks.size(); ++block)
-    part.blocks[block] =
+  for (std::uint32_t i = 0; i < part.blocks.size(); ++i) {
+    const BlockId block{i};
+    part.blocks[i] =
         around(part.primitives, tree.shape.begin_of_block(block), tree.shape.begin_of_block(block + 1));
+  }
   for (auto i = static_cast<std::uint32_t>(part.nodes.size()); i-- > 0;) {
     const NodeId node{i};
     paced.check();
-    part.nodes[i] =
-        tree.shape.is_leaf(node)
-            ? around(part.blocks, tree.shape.first_block(node), tree.shape.end_block(node))
-            : around(part.nodes, number_of(TreeShape::left(node)), number_of(TreeShape::right(node)) + 1);
+    part.nodes[i] = tree.shape.is_leaf(node) ? around(part.blocks, number_of(tree.shape.first_block(node)),
+                                                      number_of(tree.shape.end_block(node)))
+                                             : around(part.nodes, number_of(TreeShape::left(node)),
+                                                      number_of(TreeShape::right(node)) + 1);
   }
 }
 
@@ -208,9 +210,9 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
     }
     return false;
   };
-  const auto blocks = [&](std::uint32_t block_a, std::uint32_t block_b) {
+  const auto blocks = [&](BlockId block_a, BlockId block_b) {
     for (std::uint32_t i = of_a.begin_of_block(block_a); i < of_a.begin_of_block(block_a + 1); ++i) {
-      if (!near_each_other(a.primitives[i], b.blocks[block_b], room)) continue;
+      if (!near_each_other(a.primitives[i], b.blocks[number_of(block_b)], room)) continue;
       for (std::uint32_t j = of_b.begin_of_block(block_b); j < of_b.begin_of_block(block_b + 1); ++j) {
         if (!near_each_other(a.primitives[i], b.primitives[j], room)) continue;
         paced.check();
@@ -232,10 +234,10 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
     const bool leaf_a = of_a.is_leaf(m);
     const bool leaf_b = of_b.is_leaf(n);
     if (leaf_a && leaf_b) {
-      for (std::uint32_t i = of_a.first_block(m); i < of_a.end_block(m); ++i) {
-        if (!near_each_other(a.blocks[i], b.nodes[number_of(n)], room)) continue;
-        for (std::uint32_t j = of_b.first_block(n); j < of_b.end_block(n); ++j) {
-          if (near_each_other(a.blocks[i], b.blocks[j], room)) blocks(i, j);
+      for (BlockId i = of_a.first_block(m); i < of_a.end_block(m); ++i) {
+        if (!near_each_other(a.blocks[number_of(i)], b.nodes[number_of(n)], room)) continue;
+        for (BlockId j = of_b.first_block(n); j < of_b.end_block(n); ++j) {
+          if (near_each_other(a.blocks[number_of(i)], b.blocks[number_of(j)], room)) blocks(i, j);
         }
       }
     } else if (!leaf_a && (leaf_b || TreeShape::level_of(m) <= TreeShape::level_of(n))) {

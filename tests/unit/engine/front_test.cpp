@@ -62,7 +62,7 @@ TEST(TreeShape, LeavesPartitionThePrimitivesAndAreFull) {
     for (const std::uint32_t leaf_size : {1U, 2U, 4U, 8U, 16U, 64U}) {
       const TreeShape shape(primitives, leaf_size);
       EXPECT_EQ(shape.leaf_count(), (primitives + leaf_size - 1) / leaf_size);
-      for (std::uint32_t block = 0; block < shape.block_count(); ++block) {
+      for (BlockId block{0}; block < shape.end_block(); ++block) {
         ASSERT_LT(shape.begin_of_block(block), shape.begin_of_block(block + 1)) << "empty block";
         ASSERT_LE(shape.begin_of_block(block + 1) - shape.begin_of_block(block), std::min(leaf_size, 8U));
       }

@@ -101,7 +101,7 @@ TEST(LocalChange, WhatIsReusedEqualsWhatWouldBeRebuilt) {
     ASSERT_EQ(all.size(), kept->order.size());
     ASSERT_EQ(all.size(), alone.element_count() + alone.isolated_vertices().size());
     ASSERT_EQ(kept->shape.leaf_count(), before.part().shape.leaf_count());
-    for (std::uint32_t b = 0; b < kept->shape.block_count(); ++b) {
+    for (BlockId b{0}; b < kept->shape.end_block(); ++b) {
       EXPECT_GE(kept->shape.size_of_block(b), 1u);
       EXPECT_LE(kept->shape.size_of_block(b), 8u);
     }

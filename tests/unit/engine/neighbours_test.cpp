@@ -54,7 +54,7 @@ TEST(Neighbours, AreListedOnceByTheirLeaves) {
   const Bvh<KDop18>& tree = sheet.hierarchy.bvh;
   const auto blocks_of = [&](LeafId leaf) { return tree.leaves.blocks_of[number_of(leaf)]; };
   ASSERT_GE(tree.shape.subtree_count(), 4U);
-  std::set<std::tuple<std::uint32_t, std::uint32_t>> listed;
+  std::set<std::tuple<BlockId, BlockId>> listed;
   const std::vector<NeighbourChunk> chunks = list_neighbours(tree);
   EXPECT_GT(chunks.size(), tree.shape.subtree_count()) << "of two subtrees, too";
   for (std::size_t c = 0; c < chunks.size(); ++c) {
@@ -76,15 +76,17 @@ TEST(Neighbours, AreListedOnceByTheirLeaves) {
         EXPECT_LT(pair.a - blocks_of(leaves.a).begin, blocks_of(leaves.a).size());
         EXPECT_LT(pair.b - blocks_of(leaves.b).begin, blocks_of(leaves.b).size());
         EXPECT_EQ(pair.excluded, tree.excluded(pair.a, pair.b));
-        EXPECT_TRUE(pair.budget.exhausted(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b], 0));
-        EXPECT_TRUE(listed.emplace(pair.a, pair.b).second) << pair.a << " " << pair.b;
+        EXPECT_TRUE(pair.budget.exhausted(tree.travel.blocks[number_of(pair.a)],
+                                          tree.travel.blocks[number_of(pair.b)], 0));
+        EXPECT_TRUE(listed.emplace(pair.a, pair.b).second) << number_of(pair.a) << " " << number_of(pair.b);
       }
     }
   }
-  for (std::uint32_t a = 0; a < tree.shape.block_count(); ++a) {
-    for (std::uint32_t b = a; b < tree.shape.block_count(); ++b) {
-      EXPECT_EQ(listed.contains({a, b}), tree.leaves.shared->has_place(a, b)) << a << " " << b;
-      EXPECT_TRUE(listed.contains({a, b}) || (a != b && tree.leaves.shared->of(a, b) == 0)) << a << " " << b;
+  for (BlockId a{0}; a < tree.shape.end_block(); ++a) {
+    for (BlockId b = a; b < tree.shape.end_block(); ++b) {
+      const auto names = [&] { return std::to_string(number_of(a)) + " " + std::to_string(number_of(b)); };
+      EXPECT_EQ(listed.contains({a, b}), tree.leaves.shared->has_place(a, b)) << names();
+      EXPECT_TRUE(listed.contains({a, b}) || (a != b && tree.leaves.shared->of(a, b) == 0)) << names();
     }
   }
   const testing::Hierarchy<KDop18> narrow(sheet.scene, flat(), 8);
@@ -109,9 +111,10 @@ TEST(Neighbours, AreDueWhenTheirBudgetIsSpent) {
     }
     std::vector<NeighbourPair> pairs(random() % 11);
     for (NeighbourPair& pair : pairs) {
-      pair.a = static_cast<std::uint32_t>(random() % travel.size());
-      pair.b = static_cast<std::uint32_t>(random() % travel.size());
-      pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], any({-1, 0, 0.2F, 0.3F, kInfinity}));
+      pair.a = BlockId{static_cast<std::uint32_t>(random() % travel.size())};
+      pair.b = BlockId{static_cast<std::uint32_t>(random() % travel.size())};
+      pair.budget = TravelBudget::grant(travel[number_of(pair.a)], travel[number_of(pair.b)],
+                                        any({-1, 0, 0.2F, 0.3F, kInfinity}));
     }
     for (NodeTravel& t : travel) {
       t.wandered += wander();
@@ -120,7 +123,8 @@ TEST(Neighbours, AreDueWhenTheirBudgetIsSpent) {
     const std::uint32_t slack = random() % 2 != 0 ? 10 : travel::kMost;
     std::vector<std::uint32_t> expected;
     for (std::uint32_t n = 0; n < pairs.size(); ++n) {
-      if (pairs[n].budget.exhausted(travel[pairs[n].a], travel[pairs[n].b], slack)) expected.push_back(n);
+      if (pairs[n].budget.exhausted(travel[number_of(pairs[n].a)], travel[number_of(pairs[n].b)], slack))
+        expected.push_back(n);
     }
     std::vector<std::uint32_t> due(pairs.size());
     due.resize(due_neighbours(pairs, travel, slack, due.data()));
@@ -142,7 +146,7 @@ void expect_apart_while_it_lasts() {
   std::vector<double> positions = flat();
   shake(random, 0.02, positions);
   sheet.hierarchy.step(positions);
-  const auto bounds = [&](std::uint32_t block, std::uint32_t i) {
+  const auto bounds = [&](BlockId block, std::uint32_t i) {
     Bounds sum = Bounds::empty();
     for (const std::uint32_t v :
          primitive_vertices(*sheet.scene, tree.order[tree.shape.begin_of_block(block) + i]))
@@ -170,10 +174,12 @@ void expect_apart_while_it_lasts() {
         NeighbourPair& pair = chunk.pairs[n];
         const float gap = nearest(pair);
         if (std::ranges::binary_search(due, n)) {
-          pair.budget = TravelBudget::grant(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b], gap);
+          pair.budget = TravelBudget::grant(tree.travel.blocks[number_of(pair.a)],
+                                            tree.travel.blocks[number_of(pair.b)], gap);
           ++exhausted;
         } else {
-          ASSERT_GT(gap, 0) << "blocks " << pair.a << " and " << pair.b << ", step " << step;
+          ASSERT_GT(gap, 0) << "blocks " << number_of(pair.a) << " and " << number_of(pair.b) << ", step "
+                            << step;
           ++lasted;
         }
       }

@@ -39,7 +39,7 @@ void expect_same_bounds(const Bvh<Bounds>& refit, const Bvh<Bounds>& anew) {
     ASSERT_TRUE(refit.leaves.grids[l] == anew.leaves.grids[l]) << l;
     ASSERT_EQ(refit.leaves.blocks_of[l], anew.leaves.blocks_of[l]);
     const auto [first, end] = anew.leaves.blocks_of[l];
-    for (std::uint32_t b = first; b < end; ++b)
+    for (std::uint32_t b = number_of(first); b < number_of(end); ++b)
       expect_same_eight<Bounds>(refit.leaves.blocks[b], refit.leaves.grids[l], anew.leaves.blocks[b],
                                 anew.leaves.grids[l], "block");
     if (!anew.leaves.wide.empty())
@@ -79,14 +79,14 @@ void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
                            bvh.nodes[number_of(leaf)]);
     const std::uint32_t begin_at_1 = bvh.leaves.grids[l].begin_at_1;
     const auto [first, end] = bvh.leaves.blocks_of[l];
-    for (std::uint32_t b = first; b < end; ++b) {
+    for (BlockId b = first; b < end; ++b) {
       Bounds sum = Bounds::empty();
       for (std::uint32_t i = 0; i < bvh.shape.size_of_block(b); ++i) {
         Bounds bounds = Bounds::empty();
-        for (const auto& corner : bvh.leaves.corners[b].vertex)
+        for (const auto& corner : bvh.leaves.corners[number_of(b)].vertex)
           bounds.merge(narrow<Bounds>(bounds_of(hierarchy.vertex_bounds()[corner[i]])));
-        expect_rounded_outward(bvh.leaves.grids[l], OneOfLeaf::of(bvh.leaves.blocks[b], begin_at_1, i),
-                               bounds);
+        expect_rounded_outward(bvh.leaves.grids[l],
+                               OneOfLeaf::of(bvh.leaves.blocks[number_of(b)], begin_at_1, i), bounds);
         sum.merge(bounds);
       }
       if (!bvh.leaves.wide.empty())

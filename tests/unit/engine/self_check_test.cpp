@@ -223,8 +223,9 @@ TYPED_TEST(SelfCheckOf, AWideLeafThatIsBrokenIsNamed) {
   const auto expect = [&](const std::function<void(K&)>& corrupt, const char* words) {
     this->expect_found(corrupt, broken, words, 64);
   };
-  expect([](K& k) { k.trees[0].leaves.blocks_of[1].end -= 1; }, "leaves of part 0");
-  expect([](K& k) { k.trees[1].leaves.blocks_of[0].begin += 1; }, "leaves of part 1");
+  expect([](K& k) { k.trees[0].leaves.blocks_of[1].end = k.trees[0].leaves.blocks_of[1].begin; },
+         "leaves of part 0");
+  expect([](K& k) { ++k.trees[1].leaves.blocks_of[0].begin; }, "leaves of part 1");
   expect([](K& k) { k.trees[1].leaves.grids[0].begin_at_1 ^= 2; }, "leaves of part 1");
   expect([](K& k) { k.trees[1].leaves.blocks_of.pop_back(); }, "leaves of part 1");
   expect([](K& k) { k.trees[0].leaves.corners[9].vertex[2][3] ^= 1; }, "leaves of part 0");
@@ -308,7 +309,7 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
         for (PointBounds& bounds : k.core.vertex_bounds) bounds = k.core.vertex_bounds[0];
         for (NeighbourPair& pair : pairs(k)) {
           const auto& travel = k.trees[0].travel.blocks;
-          pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], 1);
+          pair.budget = TravelBudget::grant(travel[number_of(pair.a)], travel[number_of(pair.b)], 1);
         }
         const std::string wrong =
             broken_neighbours<TypeParam>(k.front.neighbours().of(0), k.trees[0], k.core.topology->scene,
