@@ -69,7 +69,7 @@ class SelfCheck {
       found_.report(ErrorCode::kInternal, "the numbers of parts and hierarchies differ");
     if (!found_) {
       tbb::parallel_for(std::size_t{0}, kept_.trees.size(),
-                        [&](std::size_t p) { check_part(static_cast<std::uint32_t>(p)); });
+                        [&](std::size_t p) { check_part(PartId{static_cast<std::uint32_t>(p)}); });
     }
     if (!found_) check_near();
     if (!found_) check_apart();
@@ -81,21 +81,21 @@ class SelfCheck {
   void broken(const std::string& what) { found_.report(ErrorCode::kInternal, what); }
 
   // Are the part's bounds those of the last step?
-  bool current(std::uint32_t p) const {
-    return !core_.model.is_removed(p) && kept_.refit_in[p] == kept_.step && !kept_.trees[p].nodes.empty() &&
-           !kept_.trees[p].order.empty();
+  bool current(PartId p) const {
+    return !core_.model.is_removed(p) && kept_.refit_in[number_of(p)] == kept_.step &&
+           !kept_.trees[number_of(p)].nodes.empty() && !kept_.trees[number_of(p)].order.empty();
   }
 
-  void check_part(std::uint32_t p) {
+  void check_part(PartId p) {
     kept_.stop.check();
     if (!current(p)) return;
-    const std::string of_part = " of part " + std::to_string(p);
+    const std::string of_part = " of part " + std::to_string(number_of(p));
     if (!holds_each_once(p))
       return broken("the hierarchy" + of_part + " does not contain each primitive exactly once");
-    if (kept_.trees[p].patches != patches_of(p))
+    if (kept_.trees[number_of(p)].patches != patches_of(p))
       return broken("the patches of nodes" + of_part + " are not those of the filters");
     if (!leaves_agree(p)) return broken("the leaves" + of_part + " do not match its primitive order");
-    const FeatureRange& features = core_.topology->parts[p].features;
+    const FeatureRange& features = core_.topology->parts[number_of(p)].features;
     for_each_index(features.first_vertex, features.end_vertex, kept_.stop, [&](std::size_t i) {
       const auto v = static_cast<std::uint32_t>(i);
       const Motion& motion = core_.motion.vertices();
@@ -105,7 +105,7 @@ class SelfCheck {
                       "vertex " + std::to_string(number_of(core_.topology->numbering.given(NewVertex{v}))) +
                           " is outside its bounds");
     });
-    const Bvh<Bounds>& tree = kept_.trees[p];
+    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
     for_each_index(
         0, tree.shape.node_count(), kept_.stop,
         [&](std::size_t i) {
@@ -115,14 +115,14 @@ class SelfCheck {
         kNodesAtOnce);
   }
 
-  std::vector<std::uint32_t> patches_of(std::uint32_t p) const {
-    const Bvh<Bounds>& tree = kept_.trees[p];
+  std::vector<std::uint32_t> patches_of(PartId p) const {
+    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
     return node_patches(core_.topology->scene, tree.shape, tree.order, core_.filter.patches(), kept_.stop);
   }
 
-  bool holds_each_once(std::uint32_t p) const {
-    const PartTopology& part = core_.topology->parts[p];
-    const Bvh<Bounds>& tree = kept_.trees[p];
+  bool holds_each_once(PartId p) const {
+    const PartTopology& part = core_.topology->parts[number_of(p)];
+    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
     if (tree.order.size() != part.order.size() || tree.nodes.size() != tree.shape.node_count() ||
         tree.shape.primitive_count() != part.shape.primitive_count() ||
         tree.shape.leaf_count() != part.shape.leaf_count())
@@ -140,8 +140,8 @@ class SelfCheck {
     return order == first;
   }
 
-  bool leaves_agree(std::uint32_t p) const {
-    const Bvh<Bounds>& tree = kept_.trees[p];
+  bool leaves_agree(PartId p) const {
+    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
     const TreeShape& shape = tree.shape;
     if (!tree.leaves.blocks.empty() && (tree.leaves.blocks.size() != shape.block_count() ||
                                         tree.leaves.corners.size() != shape.block_count() ||
@@ -246,19 +246,20 @@ class SelfCheck {
     tbb::parallel_for(std::uint64_t{0}, rows, [&](std::uint64_t row) {
       PacedStop paced(kept_.stop);
       kept_.stop.check();
-      const auto p = static_cast<std::uint32_t>((kept_.turn * rows + row) % parts);
-      for (std::uint32_t q = 0; q < parts; ++q) {
+      const PartId p{static_cast<std::uint32_t>((kept_.turn * rows + row) % parts)};
+      for (PartId q{0}; q < PartId{parts}; ++q) {
         paced.check();
         const PartPair pair{std::min(p, q), std::max(p, q)};
         if (core_.model.is_removed(p) || core_.model.is_removed(q)) continue;
         if (p == q ? !core_.tests_itself(p)
-                   : !core_.model.may_meet(p, q) || !overlap(kept_.roots[p], kept_.roots[q]))
+                   : !core_.model.may_meet(p, q) ||
+                         !overlap(kept_.roots[number_of(p)], kept_.roots[number_of(q)]))
           continue;
         if (!std::ranges::binary_search(kept_.near, pair, {}, &NearPair::parts) &&
             !std::ranges::binary_search(kept_.turning, pair, {}, &NearPair::parts) &&
             !std::ranges::binary_search(kept_.apart, pair, {}, &ApartPair::parts))
-          return broken("parts " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
-                        " are near but have no front");
+          return broken("parts " + std::to_string(number_of(pair.a)) + " and " +
+                        std::to_string(number_of(pair.b)) + " are near but have no front");
       }
     });
   }
@@ -272,7 +273,7 @@ class SelfCheck {
                              pair.parts.a, pair.parts.b);
       const VertexMotion base = core_.motion.vertex(pair.parts.a, 0);
       for (const auto end : {&VertexMotion::t0, &VertexMotion::t1}) {
-        const auto along = [&](std::uint32_t part, std::uint32_t v) {
+        const auto along = [&](PartId part, std::uint32_t v) {
           const VertexMotion vertex = core_.motion.vertex(part, v);
           double sum = 0;
           for (std::size_t k = 0; k < 3; ++k) sum += pair.direction[k] * ((vertex.*end)[k] - (base.*end)[k]);
@@ -283,7 +284,8 @@ class SelfCheck {
           most = std::max(most, along(pair.parts.a, v));
         for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.b); ++v) {
           if (!(along(pair.parts.b, v) - most > separation))
-            return broken("parts " + std::to_string(pair.parts.a) + " and " + std::to_string(pair.parts.b) +
+            return broken("parts " + std::to_string(number_of(pair.parts.a)) + " and " +
+                          std::to_string(number_of(pair.parts.b)) +
                           " are not apart along the direction that is stored");
         }
       }
@@ -308,24 +310,25 @@ class SelfCheck {
   }
 
   void check_neighbours(const FrontSegment& segment) {
-    const std::uint32_t part = segment.parts.a;
+    const PartId part = segment.parts.a;
     // None are listed where the front is not lazy, or has no room.
     if (!segment.with_itself() || !kept_.front->neighbours().listed(part)) return;
-    const std::string wrong =
-        broken_neighbours(kept_.front->neighbours().of(part), kept_.trees[part], core_.topology->scene,
-                          core_.vertex_bounds, kept_.widths.of(segment.parts), kept_.turn, kept_.stop);
+    const std::string wrong = broken_neighbours(
+        kept_.front->neighbours().of(part), kept_.trees[number_of(part)], core_.topology->scene,
+        core_.vertex_bounds, kept_.widths.of(segment.parts), kept_.turn, kept_.stop);
     if (!wrong.empty()) broken("the front" + of(segment) + " " + wrong);
   }
 
   static std::string of(const FrontSegment& segment) {
-    return " of parts " + std::to_string(segment.parts.a) + " and " + std::to_string(segment.parts.b);
+    return " of parts " + std::to_string(number_of(segment.parts.a)) + " and " +
+           std::to_string(number_of(segment.parts.b));
   }
 
   // A depth-first walk of the test tree meets the front's pairs in order: each path from the root ends at one
   // of them.
   void check_cut(const FrontSegment& segment) {
-    const Bvtt bvtt(kept_.trees[segment.parts.a].shape, kept_.trees[segment.parts.b].shape,
-                    segment.parts.a == segment.parts.b);
+    const Bvtt bvtt(kept_.trees[number_of(segment.parts.a)].shape,
+                    kept_.trees[number_of(segment.parts.b)].shape, segment.parts.a == segment.parts.b);
     std::size_t pairs = 0;
     std::vector<NodePair> stack{Bvtt::root()};
     for (const FrontChunk& chunk : segment.chunks) {
@@ -352,7 +355,8 @@ class SelfCheck {
   void check_chunk(const FrontSegment& segment, const FrontChunk& chunk) {
     if (found_) return;
     kept_.stop.check();
-    const TreePair<Bounds> trees(kept_.trees[segment.parts.a], kept_.trees[segment.parts.b], GapAt::kEnd,
+    const TreePair<Bounds> trees(kept_.trees[number_of(segment.parts.a)],
+                                 kept_.trees[number_of(segment.parts.b)], GapAt::kEnd,
                                  kept_.widths.of(segment.parts));
     const Bvtt bvtt = trees.bvtt();
     std::uint64_t tests = 0;

@@ -136,9 +136,9 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
 }
 
 template <class Bounds>
-bool Neighbours::list(std::uint32_t part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop) {
-  if (part >= of_part_.size()) of_part_.resize(part + 1);
-  OfPart& of = of_part_[part];
+bool Neighbours::list(PartId part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop) {
+  if (number_of(part) >= of_part_.size()) of_part_.resize(number_of(part) + 1);
+  OfPart& of = of_part_[number_of(part)];
   if (std::exchange(of.tried, true)) return false;
   std::vector<NeighbourChunk> listed = list_neighbours(tree, stop);
   const std::size_t bytes = list_bytes_ + bytes_of(listed);
@@ -148,10 +148,10 @@ bool Neighbours::list(std::uint32_t part, const Bvh<Bounds>& tree, std::size_t m
   return !of.chunks.empty();
 }
 
-void Neighbours::forget(std::uint32_t part) {
-  if (part >= of_part_.size()) return;
-  list_bytes_ -= bytes_of(of_part_[part].chunks);
-  of_part_[part] = {};
+void Neighbours::forget(PartId part) {
+  if (number_of(part) >= of_part_.size()) return;
+  list_bytes_ -= bytes_of(of_part_[number_of(part)].chunks);
+  of_part_[number_of(part)] = {};
 }
 
 void Neighbours::clear() {
@@ -165,7 +165,7 @@ void Neighbours::forget_answers() {
   }
 }
 
-void Neighbours::settle(std::uint32_t part, std::span<const NodeTravel> block_travel,
+void Neighbours::settle(PartId part, std::span<const NodeTravel> block_travel,
                         std::uint32_t reserve) noexcept {
   for (NeighbourChunk& chunk : of(part)) {
     for (NeighbourPair& pair : chunk.pairs) {
@@ -179,7 +179,7 @@ void Neighbours::settle(std::uint32_t part, std::span<const NodeTravel> block_tr
   }
 }
 
-void Neighbours::leave_trial(std::uint32_t part, const TrialTravel& blocks, TrialLeft left,
+void Neighbours::leave_trial(PartId part, const TrialTravel& blocks, TrialLeft left,
                              std::uint32_t reserve) noexcept {
   for (NeighbourChunk& chunk : of(part)) {
     for (NeighbourPair& pair : chunk.pairs) {
@@ -211,7 +211,7 @@ std::size_t Neighbours::memory_bytes() const {
 
 template std::vector<NeighbourChunk> list_neighbours(const Bvh<Aabb>&, StopSignal);
 template std::vector<NeighbourChunk> list_neighbours(const Bvh<KDop18>&, StopSignal);
-template bool Neighbours::list(std::uint32_t, const Bvh<Aabb>&, std::size_t, StopSignal);
-template bool Neighbours::list(std::uint32_t, const Bvh<KDop18>&, std::size_t, StopSignal);
+template bool Neighbours::list(PartId, const Bvh<Aabb>&, std::size_t, StopSignal);
+template bool Neighbours::list(PartId, const Bvh<KDop18>&, std::size_t, StopSignal);
 
 }  // namespace warmfront

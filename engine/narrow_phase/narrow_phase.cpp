@@ -50,8 +50,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     // One pair of the front may be all the work there is, when what was far apart comes together.
     stop_.check();
     tester.begin_leaves(parts.a, parts.b);
-    const Bvh<Bounds>& a = trees_[parts.a];
-    const Bvh<Bounds>& b = trees_[parts.b];
+    const Bvh<Bounds>& a = trees_[number_of(parts.a)];
+    const Bvh<Bounds>& b = trees_[number_of(parts.b)];
     const bool same = parts.a == parts.b && leaves.a == leaves.b;
     // Adjacent primitives never come apart and are never tested here.
     constexpr float kFar = std::numeric_limits<float>::max();
@@ -109,9 +109,9 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     return gap;
   }
 
-  void neighbours(std::uint32_t part, NeighbourChunk& chunk) override {
+  void neighbours(PartId part, NeighbourChunk& chunk) override {
     tester.begin_leaves(part, part);
-    const Bvh<Bounds>& tree = trees_[part];
+    const Bvh<Bounds>& tree = trees_[number_of(part)];
     const std::span<const NodeTravel> travel = tree.travel.blocks;
     const std::span<const NodeTravel> granted_at = tree.travel.blocks_at(gap_at_);
     const Width width = widths_.of({part, part});
@@ -143,7 +143,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     }
   }
 
-  void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) override {
+  void neighbours_at_rest(PartId part, NeighbourChunk& chunk) override {
     NeighbourChunk::AtRest& found = chunk.at_rest;
     found.answer.clear();
     tester.recording(found.answer, [&] { neighbours(part, chunk); });

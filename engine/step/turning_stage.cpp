@@ -20,7 +20,7 @@ constexpr double kShareOfRadius = 0x1p-6;
 constexpr double kAngle = 0.2;
 constexpr int kMostPiecesOfStep = 32;
 
-double angle_of(const Core& core, std::uint32_t part) {
+double angle_of(const Core& core, PartId part) {
   const Twist* twist = core.arcs.of_part(part);
   return twist == nullptr ? 0 : std::sqrt(twist->angle_squared);
 }
@@ -56,7 +56,7 @@ void TurningStage::take(const Core& core, std::span<const NearPair> near, StopSi
   const ColliderOptions& options = core.options;
   if (!core.arcs.any() || options.pair_test != PairTest::kMotion || options.report == Report::kCandidates)
     return;
-  const auto radius_of = [&](std::uint32_t part) {
+  const auto radius_of = [&](PartId part) {
     return core.motion.turns(part) ? core.motion.ball(part).radius : std::numeric_limits<double>::infinity();
   };
   double most = 0;
@@ -74,9 +74,9 @@ void TurningStage::take(const Core& core, std::span<const NearPair> near, StopSi
   while (pieces_ < kMostPiecesOfStep && most > kAngle * pieces_) pieces_ *= 2;
 }
 
-TurningStage::Part& TurningStage::of(std::uint32_t part) {
+TurningStage::Part& TurningStage::of(PartId part) {
   return *std::lower_bound(parts_.begin(), parts_.begin() + static_cast<std::ptrdiff_t>(part_count_), part,
-                           [](const Part& one, std::uint32_t p) { return one.part < p; });
+                           [](const Part& one, PartId p) { return one.part < p; });
 }
 
 void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
@@ -189,18 +189,18 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
 template <class Bounds>
 std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bounds>> trees,
                                      const NearPair& pair, int piece, PairTester& tester, StopSignal stop) {
-  const std::uint32_t p = pair.parts.a;
-  const std::uint32_t q = pair.parts.b;
-  const Part& a = of(p);
-  const Part& b = of(q);
+  const Part& a = of(pair.parts.a);
+  const Part& b = of(pair.parts.b);
   if (a.nodes.empty() || b.nodes.empty()) return 0;
   const double room = room_between(core, a, b);
-  const TreeShape& of_a = trees[p].shape;
-  const TreeShape& of_b = trees[q].shape;
+  const Bvh<Bounds>& tree_a = trees[number_of(pair.parts.a)];
+  const Bvh<Bounds>& tree_b = trees[number_of(pair.parts.b)];
+  const TreeShape& of_a = tree_a.shape;
+  const TreeShape& of_b = tree_b.shape;
   const Scene& scene = core.topology->scene;
   std::uint64_t tests = 0;
   PacedStop paced(stop);
-  tester.begin_leaves(p, q);
+  tester.begin_leaves(pair.parts.a, pair.parts.b);
   // Were they tested in a piece before?
   const auto tested = [&](Primitive x, Primitive y) {
     const Face of_x = primitive_vertices(scene, x);
@@ -216,8 +216,8 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
       for (std::uint32_t j = of_b.begin_of_block(block_b); j < of_b.begin_of_block(block_b + 1); ++j) {
         if (!near_each_other(a.primitives[i], b.primitives[j], room)) continue;
         paced.check();
-        const Primitive x = trees[p].order[i];
-        const Primitive y = trees[q].order[j];
+        const Primitive x = tree_a.order[i];
+        const Primitive y = tree_b.order[j];
         if (!tested(x, y)) tester.primitive_pair(x, y);
       }
     }
@@ -255,7 +255,7 @@ template <class Bounds>
 std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> trees,
                                 NarrowPhase<Bounds>& narrow, StopSignal stop) {
   if (pairs_.empty()) return 0;
-  const auto take = [&](std::uint32_t part) {
+  const auto take = [&](PartId part) {
     if (part_count_ == parts_.size()) parts_.emplace_back();
     parts_[part_count_++].part = part;
   };
@@ -263,14 +263,14 @@ std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> t
   for (const NearPair& pair : pairs_) named_.insert(named_.end(), {pair.parts.a, pair.parts.b});
   std::ranges::sort(named_);
   named_.erase(std::unique(named_.begin(), named_.end()), named_.end());
-  for (const std::uint32_t part : named_) take(part);
+  for (const PartId part : named_) take(part);
   for_each_index(
       0, part_count_, stop, [&](std::size_t i) { place(core, parts_[i], stop); }, 1);
   std::atomic<std::uint64_t> tests = 0;
   for (int piece = 0; piece < pieces_; ++piece) {
     for_each_index(
         0, part_count_, stop,
-        [&](std::size_t i) { bound(core, trees[parts_[i].part], parts_[i], piece, stop); }, 1);
+        [&](std::size_t i) { bound(core, trees[number_of(parts_[i].part)], parts_[i], piece, stop); }, 1);
     for_each_index(
         0, pairs_.size(), stop,
         [&](std::size_t i) { tests += traverse(core, trees, pairs_[i], piece, narrow.tester(), stop); }, 1);

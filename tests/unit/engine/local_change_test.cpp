@@ -67,7 +67,7 @@ void change_locally(Faces& faces, Edges& edges, std::mt19937& random) {
 struct Body {
   Body(const Faces& faces, const Edges& edges)
       : given(scene_of(faces, edges)), motion(at), topology(given, motion, 64, false) {
-    topology.need_adjacent(0);
+    topology.need_adjacent(PartId{0});
   }
   const PartTopology& part() const { return topology.parts[0]; }
 

@@ -243,7 +243,7 @@ TEST(Neighbours, AreTestedOnce) {
   testing::CountingSinks with_refit;
   bool test_subtrees = false;
   sheet.hierarchy.then = [&](std::uint32_t subtree) {
-    if (test_subtrees) front.test_subtree(0, subtree, with_refit);
+    if (test_subtrees) front.test_subtree(PartId{0}, subtree, with_refit);
   };
   // Number of chunks that the front passes on when the first `moving` coordinates move.
   const auto handed_over = [&](std::size_t moving) {
@@ -256,13 +256,13 @@ TEST(Neighbours, AreTestedOnce) {
   };
   const std::size_t all = positions.size();
   for (int step = 0; step < 2; ++step) {
-    EXPECT_FALSE(front.neighbours().listed(0)) << "not yet";
+    EXPECT_FALSE(front.neighbours().listed(PartId{0})) << "not yet";
     handed_over(all);
   }
-  EXPECT_TRUE(front.neighbours().listed(0));
-  EXPECT_FALSE(front.neighbours().listed(1)) << "no such part";
+  EXPECT_TRUE(front.neighbours().listed(PartId{0}));
+  EXPECT_FALSE(front.neighbours().listed(PartId{1})) << "no such part";
   const std::uint64_t chunks = handed_over(all);
-  EXPECT_EQ(chunks, front.neighbours().of(0).size());
+  EXPECT_EQ(chunks, front.neighbours().of(PartId{0}).size());
   test_subtrees = true;
   const std::uint32_t subtrees = sheet.hierarchy.bvh.shape.subtree_count();
   EXPECT_EQ(handed_over(all), chunks - subtrees) << "those of two subtrees are left";

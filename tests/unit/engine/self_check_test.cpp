@@ -92,8 +92,8 @@ struct Kept {
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
       if (first)
         trees[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, parts[p].shared, true);
-      testing::refit<Bounds>({core.topology->scene, core.vertex_bounds, motion.states(), core.motion.range(p),
-                              motion.magnitude(), Known::kNothing},
+      testing::refit<Bounds>({core.topology->scene, core.vertex_bounds, motion.states(),
+                              core.motion.range(PartId{p}), motion.magnitude(), Known::kNothing},
                              trees[p]);
       roots[p] = trees[p].nodes[0];
     }
@@ -124,11 +124,13 @@ struct Kept {
   }
   /// The front's own memory.
   FrontSegment& segment(std::size_t s) { return const_cast<FrontSegment&>(front.segments()[s]); }
-  NeighbourChunk& neighbours(std::size_t c) { return const_cast<Neighbours&>(front.neighbours()).of(0)[c]; }
+  NeighbourChunk& neighbours(std::size_t c) {
+    return const_cast<Neighbours&>(front.neighbours()).of(PartId{0})[c];
+  }
   FrontPair& first_disjoint() {
     for (const FrontSegment& its : front.segments()) {
       const bool self = its.parts.a == its.parts.b;
-      const Bvtt bvtt(trees[its.parts.a].shape, trees[its.parts.b].shape, self);
+      const Bvtt bvtt(trees[number_of(its.parts.a)].shape, trees[number_of(its.parts.b)].shape, self);
       for (const FrontChunk& chunk : its.chunks)
         for (const FrontPair& pair : chunk.pairs)
           if (!bvtt.is_leaf(pair.nodes)) return const_cast<FrontPair&>(pair);
@@ -240,7 +242,7 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
   const auto broken = ErrorCode::kInternal;
   this->expect_found([](K& k) { k.near.erase(k.near.begin() + 1); }, broken,
                      "parts 0 and 1 are near but have no front");
-  this->expect_found([](K& k) { k.front.forget(0); }, broken, "has no pairs below (0, 0)");
+  this->expect_found([](K& k) { k.front.forget(PartId{0}); }, broken, "has no pairs below (0, 0)");
   this->expect_found(
       [](K& k) {
         NodeId& node = k.segment(0).chunks[0].pairs[20].nodes.a;
@@ -264,7 +266,7 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
         const FrontPair pair = k.first_disjoint();
         const FrontSegment& segment = k.segment(0);
         for (NodeId node = pair.nodes.a;; node = TreeShape::parent(node)) {
-          for (float& lane : k.trees[segment.parts.a].nodes[number_of(node)].lane) lane = -1e30F;
+          for (float& lane : k.trees[number_of(segment.parts.a)].nodes[number_of(node)].lane) lane = -1e30F;
           if (node == kRoot) break;
         }
       },
@@ -312,8 +314,8 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
           pair.budget = TravelBudget::grant(travel[number_of(pair.a)], travel[number_of(pair.b)], 1);
         }
         const std::string wrong =
-            broken_neighbours<TypeParam>(k.front.neighbours().of(0), k.trees[0], k.core.topology->scene,
-                                         k.core.vertex_bounds, Width(), kBudgetTurns);
+            broken_neighbours<TypeParam>(k.front.neighbours().of(PartId{0}), k.trees[0],
+                                         k.core.topology->scene, k.core.vertex_bounds, Width(), kBudgetTurns);
         EXPECT_THAT(wrong, HasSubstr("and a neighbour as apart"));
         pairs(k).clear();
       },
@@ -328,7 +330,7 @@ TYPED_TEST(SelfCheckOf, PartsWronglyKeptAsSeparatedAreNamed) {
     this->expect_found(
         [&](K& k) {
           k.near.erase(k.near.begin() + 1);
-          k.apart.push_back({{0, 1}, direction});
+          k.apart.push_back({{PartId{0}, PartId{1}}, direction});
         },
         ErrorCode::kInternal, "parts 0 and 1 are not apart along the direction");
   }
