@@ -5,30 +5,21 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
-#include <cstring>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <type_traits>
-#include <vector>
 
 #include "engine/bounds/moving.h"
-#include "engine/bvh/node_patches.h"
 #include "engine/bvh/topology_checksum.h"
+#include "engine/check/check_hierarchy.h"
 #include "engine/check/check_neighbours.h"
+#include "engine/check/check_segment.h"
 #include "engine/front/descend.h"
 #include "engine/parallel/stoppable_loops.h"
-#include "engine/scene/primitives.h"
 
 namespace warmfront {
 namespace {
-
-std::string text(const NodePair& pair) {
-  return "(" + std::to_string(number_of(pair.a)) + ", " + std::to_string(number_of(pair.b)) + ")";
-}
 
 /// The first fault found by any thread.
 class Finding {
@@ -45,13 +36,6 @@ class Finding {
   std::mutex mutex_;
   std::optional<Error> error_;
 };
-
-template <class Bounds>
-bool holds(const Bounds& outer, const Bounds& inner) {
-  bool all = true;
-  for (std::size_t k = 0; k < outer.lane.size(); ++k) all &= outer.lane[k] <= inner.lane[k];
-  return all;
-}
 
 template <class Bounds>
 class SelfCheck {
@@ -90,11 +74,14 @@ class SelfCheck {
     kept_.stop.check();
     if (!current(p)) return;
     const std::string of_part = " of part " + std::to_string(number_of(p));
-    if (!holds_each_once(p))
+    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
+    const HierarchyCheck<Bounds> hierarchy(tree, core_.topology->parts[number_of(p)], core_, kept_.stop);
+    if (!hierarchy.holds_each_once())
       return broken("the hierarchy" + of_part + " does not contain each primitive exactly once");
-    if (kept_.trees[number_of(p)].patches != patches_of(p))
+    if (!hierarchy.patches_agree())
       return broken("the patches of nodes" + of_part + " are not those of the filters");
-    if (!leaves_agree(p)) return broken("the leaves" + of_part + " do not match its primitive order");
+    if (!hierarchy.leaves_agree())
+      return broken("the leaves" + of_part + " do not match its primitive order");
     const FeatureRange& features = core_.topology->parts[number_of(p)].features;
     for_each_index(features.first_vertex, features.end_vertex, kept_.stop, [&](std::size_t i) {
       const auto v = static_cast<std::uint32_t>(i);
@@ -105,137 +92,13 @@ class SelfCheck {
                       "vertex " + std::to_string(number_of(core_.topology->numbering.given(NewVertex{v}))) +
                           " is outside its bounds");
     });
-    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
     for_each_index(
         0, tree.shape.node_count(), kept_.stop,
         [&](std::size_t i) {
-          if (!node_holds(tree, NodeId{static_cast<std::uint32_t>(i)}))
+          if (!hierarchy.node_holds(NodeId{static_cast<std::uint32_t>(i)}))
             broken("node " + std::to_string(i) + of_part + " does not contain its children");
         },
-        kNodesAtOnce);
-  }
-
-  std::vector<std::uint32_t> patches_of(PartId p) const {
-    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
-    return node_patches(core_.topology->scene, tree.shape, tree.order, core_.filter.patches(), kept_.stop);
-  }
-
-  bool holds_each_once(PartId p) const {
-    const PartTopology& part = core_.topology->parts[number_of(p)];
-    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
-    if (tree.order.size() != part.order.size() || tree.nodes.size() != tree.shape.node_count() ||
-        tree.shape.primitive_count() != part.shape.primitive_count() ||
-        tree.shape.leaf_count() != part.shape.leaf_count())
-      return false;
-    // At first this is the hierarchy's own order, later always a permutation of it.
-    if (std::ranges::equal(tree.order, part.order)) return true;
-    std::vector<Primitive> order(tree.order), first(part.order);
-    PacedStop paced(kept_.stop);
-    const auto less = [&](Primitive a, Primitive b) {
-      paced.check();
-      return a < b;
-    };
-    std::ranges::sort(order, less);
-    std::ranges::sort(first, less);
-    return order == first;
-  }
-
-  bool leaves_agree(PartId p) const {
-    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
-    const TreeShape& shape = tree.shape;
-    if (!tree.leaves.blocks.empty() && (tree.leaves.blocks.size() != shape.block_count() ||
-                                        tree.leaves.corners.size() != shape.block_count() ||
-                                        tree.leaves.grids.size() != shape.leaf_count() ||
-                                        tree.leaves.blocks_of.size() != shape.leaf_count()))
-      return false;
-    if (!tree.leaves.wide.empty() && tree.leaves.wide.size() != shape.leaf_count()) return false;
-    PacedStop paced(kept_.stop, kNodesAtOnce);
-    for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf) {
-      paced.check();
-      for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
-        if (is_point(tree.order[i])) continue;
-        const LeavesOfKind& leaves = is_face(tree.order[i]) ? tree.face_leaves : tree.segment_leaves;
-        const std::uint32_t at = number_in_kind(tree.order[i]) - leaves.first;
-        if (at >= leaves.leaf.size() || leaves.leaf[at] != leaf) return false;
-      }
-      if (!tree.leaves.blocks.empty() && !blocks_agree(tree, leaf)) return false;
-    }
-    return tree.leaves.shared == nullptr ||
-           *tree.leaves.shared == *shared_vertices(core_.topology->scene, shape, tree.order, kept_.stop);
-  }
-
-  bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
-    const BlockRange blocks{tree.shape.first_block(leaf), tree.shape.end_block(leaf)};
-    const std::uint32_t l = number_of(tree.shape.leaf_of(leaf));
-    if (tree.leaves.grids[l].begin_at_1 != 0 && tree.leaves.grids[l].begin_at_1 != Bounds::kAxes)
-      return false;
-    if (!(tree.leaves.blocks_of[l] == blocks)) return false;
-    for (BlockId block = blocks.begin; block < blocks.end; ++block) {
-      const std::uint32_t begin = tree.shape.begin_of_block(block);
-      const std::uint32_t size = tree.shape.size_of_block(block);
-      for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
-        const Face vertices =
-            primitive_vertices(core_.topology->scene, tree.order[begin + (i < size ? i : 0)]);
-        for (std::size_t k = 0; k < 3; ++k)
-          if (tree.leaves.corners[number_of(block)].vertex[k][i] != vertices[k]) return false;
-      }
-    }
-    return true;
-  }
-
-  bool node_holds(const Bvh<Bounds>& tree, NodeId node) const {
-    const Bounds& bounds = tree.nodes[number_of(node)];
-    if (!tree.shape.is_leaf(node)) {
-      return holds(bounds, tree.nodes[number_of(TreeShape::left(node))]) &&
-             holds(bounds, tree.nodes[number_of(TreeShape::right(node))]);
-    }
-    const auto holds_primitive = [&](std::uint32_t position, auto&& holds_bounds) {
-      const Face vertices = primitive_vertices(core_.topology->scene, tree.order[position]);
-      return std::ranges::all_of(vertices, [&](std::uint32_t v) {
-        const Bounds inner = narrow<Bounds>(bounds_of(core_.vertex_bounds[v]));
-        return holds(bounds, inner) && holds_bounds(inner);
-      });
-    };
-    if (tree.leaves.blocks.empty())
-      return holds_primitive(tree.shape.begin(node), [](const Bounds&) { return true; });
-    const std::uint32_t leaf = number_of(tree.shape.leaf_of(node));
-    const BlockRange blocks = tree.leaves.blocks_of[leaf];
-    const LeafGrid<Bounds>& grid = tree.leaves.grids[leaf];
-    LeafGrid<Bounds> own;
-    own.set(bounds, 0);
-    own.set(bounds, 1);
-    if (!(own == grid)) return false;
-    for (BlockId block = blocks.begin; block < blocks.end; ++block) {
-      const std::uint32_t begin = tree.shape.begin_of_block(block);
-      const std::uint32_t size = tree.shape.size_of_block(block);
-      for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
-        const bool held = holds_primitive(begin + (i < size ? i : 0), [&](const Bounds& inner) {
-          return holds_numbers(grid, tree.leaves.blocks[number_of(block)], i, inner) &&
-                 (tree.leaves.wide.empty() ||
-                  holds_numbers(grid, tree.leaves.wide[leaf], block - blocks.begin, inner));
-        });
-        if (!held) return false;
-      }
-    }
-    return true;
-  }
-
-  static bool holds_numbers(const LeafGrid<Bounds>& grid, const EightBounds<Bounds>& eight,
-                            std::uint32_t slot, const Bounds& inner) {
-    constexpr std::size_t kAxes = Bounds::kAxes;
-    for (std::size_t t = 0; t < 2; ++t) {
-      const auto& end = grid.end[t];
-      const double unit = std::ldexp(1.0, end.exponent);
-      for (std::size_t k = 0; k < kAxes; ++k) {
-        const std::int16_t* number = OneOfLeaf::of(eight, grid.begin_at_1, slot)(t, k);
-        const float* lower = &inner.lane[t * Bounds::kEnd + k];
-        if (end.none() ? number[0] != grid.kNever || number[1] != grid.kNever
-                       : !(end.origin[k] + number[0] * unit <= lower[0]) ||
-                             !(number[1] * unit - end.origin[k] <= lower[kAxes]))
-          return false;
-      }
-    }
-    return true;
+        HierarchyCheck<Bounds>::kAtOnce);
   }
 
   // Pairs of parts that may meet and whose bounds overlap must be in `near` or `apart`.
@@ -302,10 +165,16 @@ class SelfCheck {
     tbb::parallel_for(std::size_t{0}, segments.size(), [&](std::size_t s) {
       const FrontSegment& segment = segments[s];
       if (!current(segment.parts.a) || !current(segment.parts.b)) return;
-      check_cut(segment);
+      const TreePair<Bounds> trees(kept_.trees[number_of(segment.parts.a)],
+                                   kept_.trees[number_of(segment.parts.b)], GapAt::kEnd,
+                                   kept_.widths.of(segment.parts));
+      broken(segment, broken_cut(segment, trees));
       check_neighbours(segment);
-      tbb::parallel_for(std::size_t{0}, segment.chunks.size(),
-                        [&](std::size_t c) { check_chunk(segment, segment.chunks[c]); });
+      tbb::parallel_for(std::size_t{0}, segment.chunks.size(), [&](std::size_t c) {
+        if (found_) return;
+        kept_.stop.check();
+        broken(segment, broken_chunk(segment.chunks[c], trees));
+      });
     });
   }
 
@@ -313,75 +182,17 @@ class SelfCheck {
     const PartId part = segment.parts.a;
     // None are listed where the front is not lazy, or has no room.
     if (!segment.with_itself() || !kept_.front->neighbours().listed(part)) return;
-    const std::string wrong = broken_neighbours(
-        kept_.front->neighbours().of(part), kept_.trees[number_of(part)], core_.topology->scene,
-        core_.vertex_bounds, kept_.widths.of(segment.parts), kept_.turn, kept_.stop);
-    if (!wrong.empty()) broken("the front" + of(segment) + " " + wrong);
+    broken(segment, broken_neighbours(kept_.front->neighbours().of(part), kept_.trees[number_of(part)],
+                                      core_.topology->scene, core_.vertex_bounds,
+                                      kept_.widths.of(segment.parts), kept_.turn, kept_.stop));
   }
 
-  static std::string of(const FrontSegment& segment) {
-    return " of parts " + std::to_string(number_of(segment.parts.a)) + " and " +
-           std::to_string(number_of(segment.parts.b));
+  // Reports a fault, if there is one.
+  void broken(const FrontSegment& segment, const std::string& fault) {
+    if (fault.empty()) return;
+    broken("the front of parts " + std::to_string(number_of(segment.parts.a)) + " and " +
+           std::to_string(number_of(segment.parts.b)) + " " + fault);
   }
-
-  // A depth-first walk of the test tree meets the front's pairs in order: each path from the root ends at one
-  // of them.
-  void check_cut(const FrontSegment& segment) {
-    const Bvtt bvtt(kept_.trees[number_of(segment.parts.a)].shape,
-                    kept_.trees[number_of(segment.parts.b)].shape, segment.parts.a == segment.parts.b);
-    std::size_t pairs = 0;
-    std::vector<NodePair> stack{Bvtt::root()};
-    for (const FrontChunk& chunk : segment.chunks) {
-      pairs += chunk.pairs.size();
-      for (const FrontPair& pair : chunk.pairs) {
-        for (;;) {
-          if (stack.empty() || stack.size() > kDeepest)
-            return broken("the front" + of(segment) + " has pair " + text(pair.nodes) + " out of place");
-          const NodePair at = stack.back();
-          stack.pop_back();
-          if (at == pair.nodes) break;
-          if (bvtt.is_leaf(at)) return broken("the front" + of(segment) + " lacks pair " + text(at));
-          const auto children = static_cast<std::ptrdiff_t>(stack.size());
-          bvtt.for_children(at, [&](const NodePair& child) { stack.push_back(child); });
-          std::reverse(stack.begin() + children, stack.end());
-        }
-      }
-    }
-    if (!stack.empty())
-      return broken("the front" + of(segment) + " has no pairs below " + text(stack.back()));
-    if (pairs != segment.size) broken("the front" + of(segment) + " has a wrong pair count");
-  }
-
-  void check_chunk(const FrontSegment& segment, const FrontChunk& chunk) {
-    if (found_) return;
-    kept_.stop.check();
-    const TreePair<Bounds> trees(kept_.trees[number_of(segment.parts.a)],
-                                 kept_.trees[number_of(segment.parts.b)], GapAt::kEnd,
-                                 kept_.widths.of(segment.parts));
-    const Bvtt bvtt = trees.bvtt();
-    std::uint64_t tests = 0;
-    for (const FrontPair& pair : chunk.pairs) {
-      if (!bvtt.is_leaf(pair.nodes) && !(trees.gap(pair.nodes, tests) > 0))
-        return broken("the front" + of(segment) + " marks overlapping pair " + text(pair.nodes) +
-                      " as disjoint");
-      if (pair.adjacent && trees.gap(pair.nodes, tests) > 0)
-        return broken("the front" + of(segment) + " marks pair " + text(pair.nodes) + " as adjacent");
-    }
-    std::size_t contacts = 0;
-    for (std::size_t i = 0; i < chunk.kept.pairs.size(); ++i) {
-      contacts += chunk.kept.pairs[i].contacts;
-      if (chunk.kept.pairs[i].pair >= chunk.pairs.size() ||
-          (i > 0 && chunk.kept.pairs[i].pair <= chunk.kept.pairs[i - 1].pair))
-        return broken("the front" + of(segment) + " caches answers of pairs that it does not contain");
-    }
-    if (contacts != chunk.kept.contacts.size())
-      broken("the front" + of(segment) + " has a wrong count of cached contacts");
-  }
-
-  static constexpr std::size_t kNodesAtOnce = 64;
-
-  // Two nodes of at most 31 levels, with two pending siblings at each.
-  static constexpr std::size_t kDeepest = 192;
 
   const KeptState<Bounds>& kept_;
   const Core& core_;
