@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// A collider's questions, steps and commits; its changes are in collider_changes.cpp.
 #include "engine/collider.h"
 
 #include <algorithm>
@@ -8,10 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "engine/scene/screws.h"
-#include "engine/step/all_deformable.h"
-#include "engine/step/scene_changes.h"
-#include "engine/step/warm_scene.h"
+#include "engine/step/collider_impl.h"
 
 namespace warmfront {
 namespace {
@@ -20,71 +18,7 @@ constexpr std::string_view kNoTrial =
     "no trial was answered since the last step, commit or change of the scene; ask for a trial or max_step "
     "first";
 
-Error was_cancelled() {
-  return {ErrorCode::kCancelled, "the call was cancelled; it may be made again"};
-}
-
-Error keep_distance_is_of_max_step() {
-  return invalid_argument("keep_distance: it is of max_step alone; give it with that question");
-}
-
 }  // namespace
-
-struct Collider::Impl {
-  WarmScene warm;
-  std::unique_ptr<AllDeformable> all_deformable = nullptr;  // with options.explain
-
-  // What is kept of a trial's answer for its commit, besides the contacts.
-  struct Trial {
-    Report report = Report::kAll;
-    KindCounts found;
-    std::uint64_t possible = 0;
-    std::optional<double> earliest_toi;
-  };
-  std::optional<Trial> last_trial = std::nullopt;
-
-  // The last answer to a question about a state, while it holds.
-  struct Known {
-    ColliderOptions asked;
-    StepResult answer;
-  };
-  std::optional<Known> known_state = std::nullopt;
-
-  Result<StepResult> place(const Frame& frame, const Question& question, StopSignal stop,
-                           const AcceptStep& accept);
-  Result<StepResult> trial(const Frame& frame, const Question& question, StopSignal stop,
-                           const AcceptStep& accept);
-  Result<StepResult> ask_of_state(const ColliderOptions& options, StopSignal stop, const AcceptStep& accept);
-
-  // A question that fails forgets the trial before it.
-  struct Asking {
-    explicit Asking(Impl& the_impl) : impl(the_impl) {}
-    ~Asking() {
-      if (!answered) impl.drop_trial();
-    }
-    Asking(const Asking&) = delete;
-    Asking& operator=(const Asking&) = delete;
-
-    Impl& impl;
-    bool answered = false;
-  };
-
-  void drop_trial() noexcept {
-    warm.drop_trial();
-    last_trial.reset();
-    if (known_state && known_state->asked.instant == Instant::kEnd) known_state.reset();
-  }
-  // Everything may be elsewhere from now on, or of another shape.
-  void forget_answers() noexcept {
-    drop_trial();
-    known_state.reset();
-  }
-
-  // The core has moved or become another one.
-  void restart_comparison() {
-    if (all_deformable != nullptr) all_deformable->forget();
-  }
-};
 
 Collider::Collider(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Collider::~Collider() = default;
@@ -289,99 +223,6 @@ Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>*
     return status;
   if (Status status = core.motion.set_poses(poses); !status) return status;
   impl_->warm.pipeline->poses_set(core);
-  impl_->restart_comparison();
-  return {};
-} catch (const Stopped&) {
-  return was_cancelled();
-}
-
-Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions,
-                                         const std::atomic<bool>* cancelled) try {
-  impl_->forget_answers();
-  std::vector<SceneChange> changes;
-  changes.emplace_back(AddBody{std::move(addition), to_doubles(positions, StopSignal(cancelled))});
-  if (Status status = change(std::move(changes), cancelled); !status) return status.error();
-  return impl_->warm.core.scene->body_count() - 1;
-} catch (const Stopped&) {
-  return was_cancelled();
-}
-
-Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled) {
-  impl_->forget_answers();
-  std::vector<SceneChange> changes;
-  changes.emplace_back(ChangeBody{index, std::move(body)});
-  return change(std::move(changes), cancelled);
-}
-
-Status Collider::change_filters(PairFilters filters, const std::atomic<bool>* cancelled) {
-  std::vector<SceneChange> changes;
-  changes.emplace_back(ChangeFilters{std::move(filters)});
-  return change(std::move(changes), cancelled);
-}
-
-Status Collider::change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs,
-                                       const std::atomic<bool>* cancelled) {
-  std::vector<SceneChange> changes;
-  changes.emplace_back(ChangeExcludedPairs{std::move(pairs)});
-  return change(std::move(changes), cancelled);
-}
-
-Status Collider::change_options(const ColliderOptions& options) {
-  return change({}, nullptr, nullptr, options);
-}
-
-Status Collider::replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
-                                  std::vector<std::array<std::int32_t, 2>> edges,
-                                  const std::atomic<bool>* cancelled) {
-  impl_->forget_answers();
-  std::vector<SceneChange> changes;
-  changes.emplace_back(ReplaceElements{index, std::move(faces), std::move(edges)});
-  return change(std::move(changes), cancelled);
-}
-
-Status Collider::replace_body(std::uint32_t index, BodyAddition addition, const Positions& positions,
-                              const std::atomic<bool>* cancelled) try {
-  impl_->forget_answers();
-  std::vector<SceneChange> changes;
-  changes.emplace_back(ReplaceBody{index, std::move(addition), to_doubles(positions, StopSignal(cancelled))});
-  return change(std::move(changes), cancelled);
-} catch (const Stopped&) {
-  return was_cancelled();
-}
-
-Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled,
-                        std::size_t* failed, const std::optional<ColliderOptions>& options) try {
-  impl_->forget_answers();
-  std::size_t at = changes.size();
-  const auto failed_with = [&](Status status) {
-    if (failed != nullptr) *failed = at;
-    return status;
-  };
-  WarmScene& warm = impl_->warm;
-  // The new ones hold while the scene is changed, and stay with it.
-  struct Options {
-    ColliderOptions& held;
-    ColliderOptions before;
-    bool kept = false;
-    ~Options() {
-      if (!kept) held = before;
-    }
-  } in_force{warm.core.options, warm.core.options};
-  if (options) {
-    if (Status status = check_may_become(in_force.before, *options); !status) return failed_with(status);
-    if (options->keep_distance) return failed_with(keep_distance_is_of_max_step());
-    if (Status status = check_thickness(changes.empty() ? warm.core.scene->most_thickness() : 0, *options);
-        !status)
-      return failed_with(status);
-    if (Status status = check_screws(changes.empty() && screw_count(warm.core.scene->bodies()) > 0, *options);
-        !status)
-      return failed_with(status);
-    if (!keep_alike(in_force.before, *options)) warm.pipeline->forget(warm.core);
-    in_force.held = *options;
-  }
-  if (Status status = change_scene(warm, changes, StopSignal(cancelled), at); !status)
-    return failed_with(status);
-  in_force.kept = true;
   impl_->restart_comparison();
   return {};
 } catch (const Stopped&) {

@@ -36,8 +36,8 @@ bool ApartParts::begin(const SceneMotion& motion, const ColliderOptions& options
   return looks;
 }
 
-const MovingPoints& ApartParts::points(const SceneMotion& motion, std::uint32_t part) {
-  PartPoints& of = points_[part];
+const MovingPoints& ApartParts::points(const SceneMotion& motion, PartId part) {
+  PartPoints& of = points_[number_of(part)];
   if (of.step != step_) motion.points(part, of.points);
   of.step = step_;
   return of.points;
@@ -109,14 +109,15 @@ void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options,
     const double thick = thickness.between(options.min_separation, parts.a, parts.b);
     const double separation = arcs.widened(thick, parts.a, parts.b);
     const WantedGap wanted = wanted_gap(options, separation, frame, room);
-    candidate.direction = separating_direction(points_[parts.a].points, points_[parts.b].points, frame,
-                                               wanted, candidate.direction);
+    candidate.direction =
+        separating_direction(points_[number_of(parts.a)].points, points_[number_of(parts.b)].points, frame,
+                             wanted, candidate.direction);
   });
 }
 
 std::size_t ApartParts::memory_bytes() const {
   std::size_t bytes = apart_.capacity() * sizeof(ApartPair) + candidates_.capacity() * sizeof(Candidate) +
-                      points_.capacity() * sizeof(PartPoints) + parts_.capacity() * sizeof(std::uint32_t);
+                      points_.capacity() * sizeof(PartPoints) + parts_.capacity() * sizeof(PartId);
   for (const PartPoints& of : points_) bytes += of.points.memory_bytes();
   return bytes;
 }

@@ -36,11 +36,11 @@ class ApartParts {
   /// Begins a step. Returns whether any part is examined; if none is, no pair is excluded.
   bool begin(const SceneMotion& motion, const ColliderOptions& options);
   /// Is the part examined?
-  bool small(const SceneMotion& motion, std::uint32_t part) const {
+  bool small(const SceneMotion& motion, PartId part) const {
     return motion.vertex_count(part) - 1U < MovingPoints::kMost;
   }
   /// The part's vertices in this step. Threads may call it concurrently for different parts.
-  const MovingPoints& points(const SceneMotion& motion, std::uint32_t part);
+  const MovingPoints& points(const SceneMotion& motion, PartId part);
 
   /// Removes the pairs that are proved apart in this step, by `room` (local length) more than the tier needs,
   /// from `near` (sorted). For stationary pairs the last step's result holds, unless `rebuild`. Throws
@@ -76,7 +76,7 @@ class ApartParts {
   std::vector<ApartPair> apart_;
   std::vector<Candidate> candidates_;
   std::vector<PartPoints> points_;    // by part
-  std::vector<std::uint32_t> parts_;  // parts that occur in candidates
+  std::vector<PartId> parts_;         // parts that occur in candidates
   std::uint64_t step_ = 0;
 };
 

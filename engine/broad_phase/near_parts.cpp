@@ -27,81 +27,82 @@ void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bound
   const auto begin = order_.begin() + shape_.begin(node);
   const auto half = order_.begin() + shape_.end(first);
   const auto end = order_.begin() + shape_.end(node);
-  const auto is_static = [&](std::uint32_t part) {
+  const auto is_static = [&](PartId part) {
     paced.check();
     return model.is_static(part);
   };
-  const auto other_world = [&](std::uint32_t part) {
+  const auto other_world = [&](PartId part) {
     paced.check();
     return model.world_of(part) != model.world_of(*begin);
   };
   if (std::any_of(begin, end, other_world)) {
-    std::nth_element(begin, half, end, [&](std::uint32_t p, std::uint32_t q) {
+    std::nth_element(begin, half, end, [&](PartId p, PartId q) {
       paced.check();
       const std::uint32_t of_p = model.world_of(p);
       const std::uint32_t of_q = model.world_of(q);
       return of_p != of_q ? of_p < of_q : p < q;
     });
   } else if (std::any_of(begin, end, is_static) && !std::all_of(begin, end, is_static)) {
-    std::nth_element(begin, half, end, [&](std::uint32_t p, std::uint32_t q) {
-      return is_static(p) != is_static(q) ? is_static(p) : p < q;
-    });
+    std::nth_element(begin, half, end,
+                     [&](PartId p, PartId q) { return is_static(p) != is_static(q) ? is_static(p) : p < q; });
   } else {
     int widest = 0;
     double width = -1;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto [lo, hi] = std::minmax_element(begin, end, [&](std::uint32_t p, std::uint32_t q) {
+      const auto [lo, hi] = std::minmax_element(begin, end, [&](PartId p, PartId q) {
         paced.check();
-        return middle(roots[p], axis) < middle(roots[q], axis);
+        return middle(roots[number_of(p)], axis) < middle(roots[number_of(q)], axis);
       });
-      const double extent = middle(roots[*hi], axis) - middle(roots[*lo], axis);
+      const double extent = middle(roots[number_of(*hi)], axis) - middle(roots[number_of(*lo)], axis);
       if (extent > width) {
         width = extent;
         widest = axis;
       }
     }
-    std::nth_element(begin, half, end, [&](std::uint32_t p, std::uint32_t q) {
+    std::nth_element(begin, half, end, [&](PartId p, PartId q) {
       paced.check();
-      const double x = middle(roots[p], widest);
-      const double y = middle(roots[q], widest);
+      const double x = middle(roots[number_of(p)], widest);
+      const double y = middle(roots[number_of(q)], widest);
       return x != y ? x < y : p < q;
     });
   }
   order(model, roots, first, stop);
-  order(model, roots, first + 1, stop);
+  order(model, roots, TreeShape::right(node), stop);
 }
 
 template <class Bounds>
 void NearParts<Bounds>::arrange(const CollisionModel& model, std::span<const Bounds> roots, StopSignal stop) {
   order_.clear();
-  for (std::uint32_t p = 0; p < model.part_count(); ++p) {
+  for (PartId p{0}; p < model.end_part(); ++p) {
     // Unbounded parts have no centre: they overlap all others at any position in the order.
     if (!model.is_removed(p)) order_.push_back(p);
   }
   shape_ = TreeShape(static_cast<std::uint32_t>(order_.size()), 1);
   nodes_.resize(order_.empty() ? 0 : shape_.node_count());
-  const bool placed = std::ranges::all_of(order_, [&](std::uint32_t p) {
-    const double sum = middle(roots[p], 0) + middle(roots[p], 1) + middle(roots[p], 2);
+  const bool placed = std::ranges::all_of(order_, [&](PartId p) {
+    const Bounds& root = roots[number_of(p)];
+    const double sum = middle(root, 0) + middle(root, 1) + middle(root, 2);
     return sum - sum == 0;
   });
-  if (!order_.empty() && placed) order(model, roots, 0, stop);
+  if (!order_.empty() && placed) order(model, roots, kRoot, stop);
 }
 
 template <class Bounds>
 void NearParts<Bounds>::refit(const CollisionModel& model, std::span<const Bounds> roots,
                               std::span<const std::uint8_t> changed) {
-  for (NodeId node = static_cast<NodeId>(nodes_.size()); node-- > 0;) {
-    Node& to = nodes_[node];
+  for (auto i = static_cast<std::uint32_t>(nodes_.size()); i-- > 0;) {
+    const NodeId node{i};
+    Node& to = nodes_[i];
     if (!shape_.is_leaf(node)) {
-      const Node& left = nodes_[TreeShape::left(node)];
-      const Node& right = nodes_[TreeShape::left(node) + 1];
+      const Node& left = nodes_[number_of(TreeShape::left(node))];
+      const Node& right = nodes_[number_of(TreeShape::right(node))];
       to = left;
       to.bounds.merge(right.bounds);
       to.set.add(right.set);
       to.changed |= right.changed;
     } else {
-      const std::uint32_t part = order_[shape_.begin(node)];
-      to = {roots[part], model.set_of(part), changed[part] != 0};
+      const PartId part = order_[shape_.begin(node)];
+      to = {roots[number_of(part)], model.set_of(part), changed[number_of(part)] != 0};
     }
   }
 }
@@ -109,9 +110,10 @@ void NearParts<Bounds>::refit(const CollisionModel& model, std::span<const Bound
 template <class Bounds>
 double NearParts<Bounds>::looseness() const {
   double sum = 0;
-  for (NodeId node = 0; node < shape_.first_leaf() && node < nodes_.size(); ++node)
-    sum += nodes_[node].bounds.extent();
-  const double root = nodes_.empty() ? 0 : nodes_[0].bounds.extent();
+  if (nodes_.empty()) return 0;
+  for (NodeId node = kRoot; node < shape_.first_leaf(); ++node)
+    sum += nodes_[number_of(node)].bounds.extent();
+  const double root = nodes_.front().bounds.extent();
   return root > 0 ? sum / root : 0;
 }
 
@@ -124,8 +126,8 @@ void NearParts<Bounds>::traverse(const CollisionModel& model, std::span<const st
     paced.check();
     const NodePair pair = stack_.back();
     stack_.pop_back();
-    const Node& a = nodes_[pair.a];
-    const Node& b = nodes_[pair.b];
+    const Node& a = nodes_[number_of(pair.a)];
+    const Node& b = nodes_[number_of(pair.b)];
     if ((!rebuild && !a.changed && !b.changed) || !a.set.may_meet(b.set)) continue;
     const bool self = pair.a == pair.b;
     if (self && shape_.is_leaf(pair.a)) continue;
@@ -137,10 +139,11 @@ void NearParts<Bounds>::traverse(const CollisionModel& model, std::span<const st
       bvtt.for_children(pair, [&](const NodePair& child) { stack_.push_back(child); });
       continue;
     }
-    const std::uint32_t p = order_[shape_.begin(pair.a)];
-    const std::uint32_t q = order_[shape_.begin(pair.b)];
+    const PartId p = order_[shape_.begin(pair.a)];
+    const PartId q = order_[shape_.begin(pair.b)];
     if (model.may_meet(p, q))
-      near_.push_back({{std::min(p, q), std::max(p, q)}, changed[p] == 0 && changed[q] == 0});
+      near_.push_back(
+          {{std::min(p, q), std::max(p, q)}, changed[number_of(p)] == 0 && changed[number_of(q)] == 0});
   }
 }
 
@@ -173,10 +176,12 @@ std::span<const NearPair> NearParts<Bounds>::find(const CollisionModel& model, s
   }
 
   for (const NearPair& pair : last_) {
-    if (changed[pair.parts.a] == 0 && changed[pair.parts.b] == 0) near_.push_back({pair.parts, true});
+    if (changed[number_of(pair.parts.a)] == 0 && changed[number_of(pair.parts.b)] == 0)
+      near_.push_back({pair.parts, true});
   }
-  for (const std::uint32_t p : order_) {
-    if (model.self_collision(p) && (rebuild || changed[p] != 0)) near_.push_back({{p, p}, changed[p] == 0});
+  for (const PartId p : order_) {
+    if (model.self_collision(p) && (rebuild || changed[number_of(p)] != 0))
+      near_.push_back({{p, p}, changed[number_of(p)] == 0});
   }
   stack_.clear();
   if (!nodes_.empty()) stack_.push_back(Bvtt::root());
@@ -204,8 +209,8 @@ std::span<const NearPair> NearParts<Bounds>::next_block(const CollisionModel& mo
   near_.clear();
   near_.reserve(kBlock + 1);
   for (; next_self_ < order_.size() && near_.size() < kBlock; ++next_self_) {
-    const std::uint32_t p = order_[next_self_];
-    if (model.self_collision(p)) near_.push_back({{p, p}, changed[p] == 0});
+    const PartId p = order_[next_self_];
+    if (model.self_collision(p)) near_.push_back({{p, p}, changed[number_of(p)] == 0});
   }
   traverse(model, changed, true, kBlock - 1, stop, bv_tests);
   sort(stop);

@@ -56,7 +56,7 @@ class NearParts {
   void sort(StopSignal stop);
 
   TreeShape shape_;
-  std::vector<std::uint32_t> order_;  // part by position
+  std::vector<PartId> order_;  // part by position
   std::vector<Node> nodes_;
   double built_looseness_ = 0;
   std::vector<NearPair> near_;

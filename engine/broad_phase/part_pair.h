@@ -3,14 +3,15 @@
 #pragma once
 
 #include <compare>
-#include <cstdint>
+
+#include "engine/scene/part_id.h"
 
 namespace warmfront {
 
 /// Two parts of a scene, a <= b; a part against itself (a == b).
 struct PartPair {
-  std::uint32_t a;
-  std::uint32_t b;
+  PartId a;
+  PartId b;
   friend auto operator<=>(const PartPair&, const PartPair&) = default;
 };
 

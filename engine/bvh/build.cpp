@@ -37,12 +37,12 @@ struct Splitter {
     const NodeId first = TreeShape::left(node);
     split_at(shape.begin(node), shape.end(first), shape.end(node));
     in_parallel(
-        shape.end(node) - shape.begin(node), [&] { split(first); }, [&] { split(first + 1); });
+        shape.end(node) - shape.begin(node), [&] { split(first); }, [&] { split(TreeShape::right(node)); });
   }
 
-  void split_blocks(std::uint32_t first, std::uint32_t last) const {
+  void split_blocks(BlockId first, BlockId last) const {
     if (last - first < 2) return;
-    const std::uint32_t middle = first + (last - first + 1) / 2;
+    const BlockId middle = first + (last - first + 1) / 2;
     split_at(shape.begin_of_block(first), shape.begin_of_block(middle), shape.begin_of_block(last));
     split_blocks(first, middle);
     split_blocks(middle, last);
@@ -161,7 +161,7 @@ std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, con
   std::vector<std::uint32_t> order(primitives.size());
   std::iota(order.begin(), order.end(), 0U);
   const Places places = find_places(scene, motion, primitives, stop);
-  Splitter{shape, places, order, stop}.split(0);
+  Splitter{shape, places, order, stop}.split(kRoot);
   for (std::uint32_t& p : order) p = primitives[p];
   return order;
 }

@@ -40,11 +40,11 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
       last = std::max(last, v);
     }
   }
-  std::vector<std::uint32_t> seen_in(last - first + 1, shape.block_count());
+  std::vector<BlockId> seen_in(last - first + 1, shape.end_block());
   travel.block_vertices.begin.reserve(shape.block_count() + 1);
   travel.block_vertices.items.reserve(order.size() + order.size() / 2);
   PacedStop paced_blocks(stop, 256);
-  for (std::uint32_t block = 0; block < shape.block_count(); ++block) {
+  for (BlockId block{0}; block < shape.end_block(); ++block) {
     paced_blocks.check();
     travel.block_vertices.begin.push_back(static_cast<std::uint32_t>(travel.block_vertices.items.size()));
     for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
@@ -81,7 +81,7 @@ void Bvh<Bounds>::list_leaves(StopSignal stop) {
   stop.check();
   if (order.empty()) return;
   PacedStop paced_leaves(stop, 64);
-  for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
+  for (NodeId node = shape.first_leaf(); node < shape.end_node(); ++node) {
     paced_leaves.check();
     for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
       if (is_point(order[i])) continue;
@@ -112,18 +112,17 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   leaves.blocks_of.clear();
   if (leaves.blocks.empty()) return;
   leaves.blocks_of.reserve(shape.leaf_count());
-  for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
+  for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf)
     leaves.blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
   for_each_index(
       0, shape.block_count(), stop,
       [&](std::size_t b) {
-        const auto block = static_cast<std::uint32_t>(b);
+        const BlockId block{static_cast<std::uint32_t>(b)};
         const std::uint32_t begin = shape.begin_of_block(block);
         const std::uint32_t size = shape.size_of_block(block);
         for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
           const Face vertices = primitive_vertices(scene, order[begin + (i < size ? i : 0)]);
-          for (int corner = 0; corner < 3; ++corner)
-            leaves.corners[block].vertex[corner][i] = vertices[corner];
+          for (int corner = 0; corner < 3; ++corner) leaves.corners[b].vertex[corner][i] = vertices[corner];
         }
       },
       512);
@@ -148,8 +147,8 @@ template <class Bounds>
 double looseness(const Bvh<Bounds>& bvh) {
   if (bvh.nodes.empty()) return 0;
   double sum = 0;
-  for (NodeId node = 0; node < bvh.shape.first_leaf(); ++node) sum += bvh.nodes[node].extent();
-  const double root = bvh.nodes[0].extent();
+  for (NodeId node = kRoot; node < bvh.shape.first_leaf(); ++node) sum += bvh.nodes[number_of(node)].extent();
+  const double root = bvh.nodes.front().extent();
   return root > 0 ? sum / root : 0;
 }
 

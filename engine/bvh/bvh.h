@@ -57,20 +57,20 @@ struct Bvh {
 
   /// The pairs of primitives of two blocks that are not to be tested against each other, as
   /// SharedVertices::of() says; of crowded blocks, too, all of them.
-  std::uint64_t excluded(std::uint32_t a, std::uint32_t b) const {
+  std::uint64_t excluded(BlockId a, BlockId b) const {
     return is_known(a, b) ? leaves.shared->of(a, b) : look_for_excluded(a, b);
   }
   /// The same of two of which SharedVertices::has_place() is false.
-  std::uint64_t excluded_if_not_listed(std::uint32_t a, std::uint32_t b) const {
+  std::uint64_t excluded_if_not_listed(BlockId a, BlockId b) const {
     return is_known(a, b) ? leaves.shared->of_no_place(a, b) : look_for_excluded(a, b);
   }
   /// Of two blocks, as warmfront::no_pairs() says.
-  std::uint64_t no_pairs(std::uint32_t a, std::uint32_t b) const {
+  std::uint64_t no_pairs(BlockId a, BlockId b) const {
     return warmfront::no_pairs(shape.size_of_block(a), shape.size_of_block(b), a == b);
   }
   /// Did any node of the subtree change in the last refit?
   bool subtree_changed(std::uint32_t subtree) const {
-    return (motion.states[shape.subtree_root(subtree)] & kChanged) != 0;
+    return (motion.states[number_of(shape.subtree_root(subtree))] & kChanged) != 0;
   }
 
   std::size_t memory_bytes() const {
@@ -82,11 +82,11 @@ struct Bvh {
   void list_block_vertices(const Scene& scene, StopSignal stop);
   void list_leaves(StopSignal stop);
 
-  bool is_known(std::uint32_t a, std::uint32_t b) const {
+  bool is_known(BlockId a, BlockId b) const {
     return leaves.shared != nullptr && !(leaves.shared->crowded(a) && leaves.shared->crowded(b));
   }
-  std::uint64_t look_for_excluded(std::uint32_t a, std::uint32_t b) const {
-    const std::uint64_t sharing = sharing_pairs(leaves.corners[a], leaves.corners[b]);
+  std::uint64_t look_for_excluded(BlockId a, BlockId b) const {
+    const std::uint64_t sharing = sharing_pairs(leaves.corners[number_of(a)], leaves.corners[number_of(b)]);
     return sharing != 0 ? sharing | no_pairs(a, b) : 0;
   }
 };

@@ -28,8 +28,8 @@ class Bvtt {
  public:
   Bvtt(const TreeShape& a, const TreeShape& b, bool self) : a_(a), b_(b), self_(self) {}
 
-  static constexpr NodePair root() { return {0, 0}; }
-  static bool is_root(const NodePair& pair) { return pair.a == 0 && pair.b == 0; }
+  static constexpr NodePair root() { return {kRoot, kRoot}; }
+  static bool is_root(const NodePair& pair) { return pair.a == kRoot && pair.b == kRoot; }
 
   bool self() const { return self_; }
   /// A node against itself overlaps by definition.
@@ -76,8 +76,8 @@ class Bvtt {
   // Was a opened last on the way to the pair, rather than b? For a part against itself b's parent is never
   // the smaller one, because b is not.
   bool opened_a(const NodePair& pair) const {
-    if (pair.b == 0) return true;
-    if (pair.a == 0 || self_) return false;
+    if (pair.b == kRoot) return true;
+    if (pair.a == kRoot || self_) return false;
     return TreeShape::parent(pair.a) > TreeShape::parent(pair.b);
   }
 

@@ -105,7 +105,8 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     return now != LocalChange::kNone && placing.place(now) ? now : LocalChange::kNone;
   };
   for (std::uint32_t b = 0; b < count; ++b) {
-    for (std::uint32_t i = shape.begin_of_block(b); i < shape.begin_of_block(b + 1); ++i) {
+    const BlockId block{b};
+    for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
       paced.check();
       for (const std::uint32_t v : primitive_vertices(before, order[i])) block_of_vertex[given(v)] = b;
       const Primitive now = left_of(order[i]);

@@ -20,11 +20,12 @@ std::vector<std::uint32_t> node_patches(const Scene& scene, const TreeShape& sha
   if (patches.empty() || order.empty()) return of_nodes;
   of_nodes.resize(shape.node_count());
   PacedStop paced(stop, 64);
-  for (NodeId node = shape.node_count(); node-- > 0;) {
+  for (std::uint32_t i = shape.node_count(); i-- > 0;) {
+    const NodeId node{i};
     paced.check();
     if (!shape.is_leaf(node)) {
-      const std::uint32_t left = of_nodes[TreeShape::left(node)];
-      of_nodes[node] = left == of_nodes[TreeShape::left(node) + 1] ? left : 0;
+      const std::uint32_t left = of_nodes[number_of(TreeShape::left(node))];
+      of_nodes[i] = left == of_nodes[number_of(TreeShape::right(node))] ? left : 0;
       continue;
     }
     const std::uint32_t begin = shape.begin(node), end = shape.end(node);
@@ -32,7 +33,7 @@ std::vector<std::uint32_t> node_patches(const Scene& scene, const TreeShape& sha
     const bool whole = std::ranges::all_of(order.subspan(begin, end - begin), [&](Primitive primitive) {
       return patch_of(primitive_vertices(scene, primitive), patches) == patch;
     });
-    of_nodes[node] = whole ? patch : 0;
+    of_nodes[i] = whole ? patch : 0;
   }
   if (std::ranges::all_of(of_nodes, [](std::uint32_t patch) { return patch == 0; })) of_nodes = {};
   return of_nodes;

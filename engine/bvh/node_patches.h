@@ -28,7 +28,9 @@ class PatchesOfTwo {
       : a_(a.empty() || b.empty() ? nullptr : a.data()), b_(b.data()) {}
 
   /// Are both nodes in one patch? Then all primitives below them are.
-  bool are_one(NodeId a, NodeId b) const { return a_ != nullptr && a_[a] != 0 && a_[a] == b_[b]; }
+  bool are_one(NodeId a, NodeId b) const {
+    return a_ != nullptr && a_[number_of(a)] != 0 && a_[number_of(a)] == b_[number_of(b)];
+  }
 
  private:
   const std::uint32_t* a_;  // null: no two are

@@ -6,9 +6,9 @@
 #include <bit>
 #include <cstdint>
 
-namespace warmfront {
+#include "engine/bvh/tree_numbers.h"
 
-using NodeId = std::uint32_t;
+namespace warmfront {
 
 /// Stores nodes as the nodes of level 8 (256) that they are, lie below or lie above (on shallower levels as
 /// if the tree continued). If two sets of one hierarchy are disjoint, no node of one equals, contains or lies
@@ -16,8 +16,9 @@ using NodeId = std::uint32_t;
 class NodeSet {
  public:
   void add(NodeId node) {
-    const int level = std::bit_width(node + 1) - 1;
-    const std::uint32_t index = node + 1 - (1U << level);
+    const std::uint32_t from_one = number_of(node) + 1;
+    const int level = std::bit_width(from_one) - 1;
+    const std::uint32_t index = from_one - (1U << level);
     if (level >= kLevel) {
       const std::uint32_t bit = index >> (level - kLevel);
       words_[bit >> 6] |= std::uint64_t{1} << (bit & 63);

@@ -12,12 +12,12 @@ namespace {
 // The bounds of a node whose children are of this step already.
 template <Ends kEnds, class Bounds>
 WARMFRONT_INLINE void refit_node(const RefitInput& input, Bvh<Bounds>& bvh, NodeId node) {
-  Bounds& bounds = bvh.nodes[node];
+  Bounds& bounds = bvh.nodes[number_of(node)];
   if constexpr (kEnds == Ends::kNext) bounds.shift();
   const NodeId first_leaf = bvh.shape.first_leaf();
   if (node < first_leaf) {
     constexpr std::size_t kFrom = kEnds == Ends::kBoth ? 0 : kNewLanes<Bounds>;
-    const NodeId left = TreeShape::left(node);
+    const std::uint32_t left = number_of(TreeShape::left(node));
     Lanes<Bounds, kFrom> lanes(bvh.nodes[left]);
     lanes.merge(Lanes<Bounds, kFrom>(bvh.nodes[left + 1]));
     lanes.store(bounds);
@@ -50,15 +50,15 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, NodeStates from, Bvh<
   const NodeId first_leaf = bvh.shape.first_leaf();
   for (NodeId node = begin; node < end; ++node) {
     const bool leaf = node >= first_leaf;
+    MotionState& state = bvh.motion.states[number_of(node)];
     if (from == NodeStates::kRange) {
-      bvh.motion.states[node] = input.range.any;
+      state = input.range.any;
     } else if (from == NodeStates::kGathered) {
-      bvh.motion.states[node] =
-          leaf ? leaf_state(input, bvh, node)
-               : bvh.motion.states[TreeShape::left(node)] | bvh.motion.states[TreeShape::left(node) + 1];
+      const std::uint32_t left = number_of(TreeShape::left(node));
+      state = leaf ? leaf_state(input, bvh, node) : bvh.motion.states[left] | bvh.motion.states[left + 1];
     }
-    if (input.known == Known::kNothing) bvh.motion.states[node] |= kChanged;
-    if ((bvh.motion.states[node] & kChanged) == 0) continue;
+    if (input.known == Known::kNothing) state |= kChanged;
+    if ((state & kChanged) == 0) continue;
     if (input.known == Known::kLastStep) {
       refit_node<Ends::kNext>(input, bvh, node);
     } else if (input.known == Known::kLastTrial) {
@@ -87,9 +87,9 @@ void mark_states(const RefitInput& input, Bvh<Bounds>& bvh) {
   for (const std::uint32_t v : input.range.changed) {
     const MotionState state = input.vertex_states[v];
     const auto mark = [&](NodeId node) {
-      for (; (bvh.motion.states[node] & state) != state; node = TreeShape::parent(node)) {
-        bvh.motion.states[node] |= state;
-        if (node == 0) break;
+      for (; (bvh.motion.states[number_of(node)] & state) != state; node = TreeShape::parent(node)) {
+        bvh.motion.states[number_of(node)] |= state;
+        if (node == kRoot) break;
       }
     };
     for (const std::uint32_t f : input.scene.vertex_faces()[v]) mark(bvh.face_leaves.of(f));
@@ -116,7 +116,7 @@ NodeStates Refit<Bounds>::begin() {
   const RangeMotion& range = input_.range;
   const bool all = input_.known == Known::kNothing;
   if (range.any == 0 && !all) {
-    if ((bvh_.motion.states[0] & kChanged) != 0) std::ranges::fill(bvh_.motion.states, MotionState{0});
+    if ((bvh_.motion.states.front() & kChanged) != 0) std::ranges::fill(bvh_.motion.states, MotionState{0});
     return NodeStates::kUnchanged;
   }
   if (range.listed && !all && !has_points(input_.scene, range.changed)) {
@@ -136,12 +136,12 @@ bool Refit<Bounds>::refit_subtree(std::uint32_t subtree) const {
   input_.stop.check();
   const TreeShape& shape = bvh_.shape;
   const NodeId root = shape.subtree_root(subtree);
-  if (states_ == NodeStates::kMarked && (bvh_.motion.states[root] & kChanged) == 0) return false;
+  if (states_ == NodeStates::kMarked && (bvh_.motion.states[number_of(root)] & kChanged) == 0) return false;
   const int top = shape.subtree_level();
   for (int level = shape.levels() - 1; level >= top; --level) {
     const std::uint32_t width = 1U << (level - top);
-    const NodeId first = std::min(((1U << level) - 1) + subtree * width, shape.node_count());
-    refit_range(input_, states_, bvh_, first, std::min(first + width, shape.node_count()));
+    const NodeId first = std::min(TreeShape::first_of_level(level) + subtree * width, shape.end_node());
+    refit_range(input_, states_, bvh_, first, std::min(first + width, shape.end_node()));
   }
   return bvh_.subtree_changed(subtree);
 }
@@ -150,13 +150,14 @@ template <class Bounds>
 std::size_t Refit<Bounds>::finish() const {
   if (states_ == NodeStates::kUnchanged) return 0;
   for (int level = bvh_.shape.subtree_level(); level-- > 0;)
-    refit_range(input_, states_, bvh_, (1U << level) - 1, (2U << level) - 1);
+    refit_range(input_, states_, bvh_, TreeShape::first_of_level(level),
+                TreeShape::first_of_level(level + 1));
   // What is above or below these has part in them: a whole level, or all leaves of a hierarchy that has less.
-  constexpr NodeId kMarkBegin = (1U << 8) - 1;
-  const NodeId mark_begin = std::min(bvh_.shape.first_leaf(), kMarkBegin);
-  const NodeId mark_end = std::min(bvh_.shape.node_count(), 2 * kMarkBegin + 1);
+  constexpr int kMarked = 8;
+  const NodeId mark_begin = std::min(bvh_.shape.first_leaf(), TreeShape::first_of_level(kMarked));
+  const NodeId mark_end = std::min(bvh_.shape.end_node(), TreeShape::first_of_level(kMarked + 1));
   for (NodeId node = mark_begin; node < mark_end; ++node) {
-    if ((bvh_.motion.states[node] & kChanged) != 0) bvh_.motion.changed.add(node);
+    if ((bvh_.motion.states[number_of(node)] & kChanged) != 0) bvh_.motion.changed.add(node);
   }
   std::size_t changed = 0;
   std::size_t moving = 0;

@@ -150,7 +150,7 @@ enum class Ends : std::uint8_t { kBoth, kNext, kLast };
 template <Ends kEnds, class Bounds>
 WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds>& bvh, NodeId node) {
   constexpr std::size_t kLanes = Bounds::kEnd;
-  const NodeId leaf = node - bvh.shape.first_leaf();
+  const std::uint32_t leaf = number_of(bvh.shape.leaf_of(node));
   const auto [first, end] = bvh.leaves.blocks_of[leaf];
   const std::uint32_t count = end - first;
   LeafGrid<Bounds>& grid = bvh.leaves.grids[leaf];
@@ -160,16 +160,17 @@ WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds
   EightEnds<Bounds> sums;
   for (std::size_t t = kEnds == Ends::kBoth ? 0 : 1; t < 2; ++t) {
     for (std::uint32_t b = 0; b < count; ++b) {
-      primitives[b].take(points, bvh.leaves.corners[first + b], t);
+      primitives[b].take(points, bvh.leaves.corners[number_of(first + b)], t);
       float sum[kLanes];
       primitives[b].sum(sum);
       sums.set(b, sum);
     }
     for (std::uint32_t b = count; b < 8; ++b)  // empty slots repeat the first
       for (auto& row : sums.row) row[b] = row[0];
-    sums.sum(bvh.nodes[node].lane.data() + t * kLanes);
-    grid.set(bvh.nodes[node], t);
-    for (std::uint32_t b = 0; b < count; ++b) primitives[b].put(grid, t, bvh.leaves.blocks[first + b]);
+    sums.sum(bvh.nodes[number_of(node)].lane.data() + t * kLanes);
+    grid.set(bvh.nodes[number_of(node)], t);
+    for (std::uint32_t b = 0; b < count; ++b)
+      primitives[b].put(grid, t, bvh.leaves.blocks[number_of(first + b)]);
     if (!bvh.leaves.wide.empty()) sums.put(grid, t, bvh.leaves.wide[leaf]);
   }
 }

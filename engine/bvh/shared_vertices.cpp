@@ -245,7 +245,7 @@ namespace {
 std::vector<std::span<const Primitive>> blocks_of(const TreeShape& shape, std::span<const Primitive> order) {
   std::vector<std::span<const Primitive>> blocks;
   blocks.reserve(shape.block_count());
-  for (std::uint32_t b = 0; b < shape.block_count(); ++b)
+  for (BlockId b{0}; b < shape.end_block(); ++b)
     blocks.push_back(order.subspan(shape.begin_of_block(b), shape.size_of_block(b)));
   return blocks;
 }

@@ -62,26 +62,28 @@ class SharedVertices {
   /// Bit 8 i + j: slot i of block a and slot j of block b are not to be tested against each other, because
   /// their primitives share a vertex or the pair does not exist (no_pairs()). 0 for blocks that share no
   /// vertex, even if slots are empty. Where both blocks are crowded(), some bits may be missing.
-  std::uint64_t of(std::uint32_t a, std::uint32_t b) const {
-    return a <= b ? in_row(a, b) : transposed(in_row(b, a));
+  std::uint64_t of(BlockId a, BlockId b) const {
+    return a <= b ? in_row(number_of(a), number_of(b)) : transposed(in_row(number_of(b), number_of(a)));
   }
   /// Calls `visit(b)` for blocks b >= a that share a vertex with block a, itself first, each once; except
   /// those that did not fit in a's row.
   template <class Visit>
-  void for_neighbours(std::uint32_t a, Visit&& visit) const {
-    for (std::uint32_t place = kRow * a; place < kRow * (a + 1) && others_[place] != kNone; ++place)
-      visit(others_[place]);
+  void for_neighbours(BlockId a, Visit&& visit) const {
+    const std::uint32_t row = kRow * number_of(a);
+    for (std::uint32_t place = row; place < row + kRow && others_[place] != kNone; ++place)
+      visit(BlockId{others_[place]});
   }
   /// As of(), for two blocks that for_neighbours() does not visit.
-  std::uint64_t of_no_place(std::uint32_t a, std::uint32_t b) const {
-    return a <= b ? beyond_row(a, b) : transposed(beyond_row(b, a));
+  std::uint64_t of_no_place(BlockId a, BlockId b) const {
+    return a <= b ? beyond_row(number_of(a), number_of(b))
+                  : transposed(beyond_row(number_of(b), number_of(a)));
   }
   /// Does for_neighbours(a) visit b?
-  bool has_place(std::uint32_t a, std::uint32_t b) const {
-    return place_in_row(std::min(a, b), std::max(a, b)) != kNone;
+  bool has_place(BlockId a, BlockId b) const {
+    return place_in_row(number_of(std::min(a, b)), number_of(std::max(a, b))) != kNone;
   }
   /// Does the block have a vertex that was left out?
-  bool crowded(std::uint32_t block) const { return !crowded_.empty() && crowded_[block] != 0; }
+  bool crowded(BlockId block) const { return !crowded_.empty() && crowded_[number_of(block)] != 0; }
 
   std::size_t memory_bytes() const {
     return sizeof(*this) + held_bytes(others_, pairs_, more_, has_more_, crowded_);
@@ -90,6 +92,7 @@ class SharedVertices {
   bool operator==(const SharedVertices&) const = default;
 
  private:
+  // In here all numbers are indices of blocks, or made from them: a BlockId would only be converted back.
   static constexpr std::uint32_t kRow = 12;
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 

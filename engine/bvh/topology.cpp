@@ -107,8 +107,8 @@ void PartTopology::shift(const NumberShift& by) noexcept {
   for (FeatureIds& pair : orphans.edge_edge) pair = {pair.a + by.edge, pair.b + by.edge};
 }
 
-void Topology::need_adjacent(std::uint32_t index, StopSignal stop) {
-  PartTopology& part = parts[index];
+void Topology::need_adjacent(PartId index, StopSignal stop) {
+  PartTopology& part = parts[number_of(index)];
   if (part.has_adjacent) return;
   part.orphans = enumerate_orphans(scene, part.features, stop);
   part.shared = shared_vertices(scene, part.shape, part.order, stop);

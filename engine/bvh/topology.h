@@ -12,6 +12,7 @@
 #include "engine/scene.h"
 #include "engine/scene/orphans.h"
 #include "engine/scene/ownership.h"
+#include "engine/scene/part_id.h"
 #include "engine/scene/patches.h"
 #include "engine/scene/renumbering.h"
 #include "engine/stop.h"
@@ -67,7 +68,7 @@ class Topology {
 
   /// Finds the orphans and shared vertices of a part that is tested against itself. They are kept; after an
   /// exception they are unset.
-  void need_adjacent(std::uint32_t part, StopSignal stop = {});
+  void need_adjacent(PartId part, StopSignal stop = {});
 
   std::size_t memory_bytes() const;
 

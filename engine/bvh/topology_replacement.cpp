@@ -42,7 +42,7 @@ TopologyReplacement::TopologyReplacement(Topology& topology, std::span<const New
   join(face_rank, stop);
   adjacent_pairs_ = topology.adjacent_pairs;
   for (std::uint32_t p = 0; p < count; ++p) {
-    if (is_new(p)) adjacent_pairs_ += made_[new_of_[p]]->more_adjacent_pairs;
+    if (is_new(PartId{p})) adjacent_pairs_ += made_[new_of_[p]]->more_adjacent_pairs;
   }
   try {
     while (topology.parts.size() < count) topology.parts.emplace_back();
@@ -156,7 +156,7 @@ void TopologyReplacement::join(std::span<const std::uint32_t> face_rank, StopSig
   for (std::uint32_t p = 0; p < part_count();) {
     const std::uint32_t first = p++;
     const NumberShift& shift = shifts_[first];
-    if (is_new(first)) {
+    if (is_new(PartId{first})) {
       const Made& made = *made_[new_of_[first]];
       const MeshRange range = made.part.range();
       scenes.push_back({&made.scene, range, first});
@@ -165,7 +165,7 @@ void TopologyReplacement::join(std::span<const std::uint32_t> face_rank, StopSig
       patches.push_back({&made.patches, range.first_face, range.end_face, shift});
       continue;
     }
-    while (p < part_count() && !is_new(p)) ++p;
+    while (p < part_count() && !is_new(PartId{p})) ++p;
     MeshRange range = topology_.parts[first].range();
     const MeshRange last = topology_.parts[p - 1].range();
     range.features.end_vertex = last.features.end_vertex;
@@ -183,8 +183,8 @@ void TopologyReplacement::join(std::span<const std::uint32_t> face_rank, StopSig
   patches_ = join_patches(patches, stop);
 }
 
-std::uint64_t TopologyReplacement::orphans_sum(std::uint32_t part, StopSignal stop) const {
-  return orphans_checksum(made_[new_of_[part]]->part, part, stop);
+std::uint64_t TopologyReplacement::orphans_sum(PartId part, StopSignal stop) const {
+  return orphans_checksum(made_[new_of_[number_of(part)]]->part, number_of(part), stop);
 }
 
 void TopologyReplacement::take() noexcept {
@@ -196,7 +196,7 @@ void TopologyReplacement::take() noexcept {
   topology_.adjacent_pairs = adjacent_pairs_;
   for (std::uint32_t p = 0; p < part_count(); ++p) {
     PartTopology& part = topology_.parts[p];
-    if (is_new(p)) part = std::move(made_[new_of_[p]]->part);
+    if (is_new(PartId{p})) part = std::move(made_[new_of_[p]]->part);
     part.shift(shifts_[p]);
   }
 }

@@ -39,16 +39,16 @@ class TopologyReplacement {
   std::uint32_t part_count() const { return static_cast<std::uint32_t>(ranges_.size()); }
   /// By part: where it is from take() on.
   std::span<const MeshRange> ranges() const { return ranges_; }
-  bool is_new(std::uint32_t part) const { return new_of_[part] != kOld; }
+  bool is_new(PartId part) const { return new_of_[number_of(part)] != kOld; }
   /// Of a new part: has it, of a hierarchy that was given, what is left in the blocks that it was in?
-  bool keeps_hierarchy(std::uint32_t part) const { return made_[new_of_[part]]->keeps_hierarchy; }
+  bool keeps_hierarchy(PartId part) const { return made_[new_of_[number_of(part)]]->keeps_hierarchy; }
   /// Of a part that is as it was.
-  NumberShift shift(std::uint32_t part) const { return shifts_[part]; }
+  NumberShift shift(PartId part) const { return shifts_[number_of(part)]; }
   /// Of new parts, where they test themselves, in numbers of their own.
-  const Orphans& orphans(std::uint32_t part) const { return made_[new_of_[part]]->part.orphans; }
-  std::uint64_t orphans_sum(std::uint32_t part, StopSignal stop) const;
+  const Orphans& orphans(PartId part) const { return made_[new_of_[number_of(part)]]->part.orphans; }
+  std::uint64_t orphans_sum(PartId part, StopSignal stop) const;
   /// Of new parts: their own numbers.
-  const Renumbering& numbering_of(std::uint32_t part) const { return made_[new_of_[part]]->numbering; }
+  const Renumbering& numbering_of(PartId part) const { return made_[new_of_[number_of(part)]]->numbering; }
   const Renumbering& numbering() const { return numbering_; }
   const Scene& scene() const { return scene_; }
   std::size_t patch_count() const { return patches_.count(); }

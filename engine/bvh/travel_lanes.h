@@ -87,15 +87,16 @@ WARMFRONT_INLINE void advance(const Displacements& moved, double magnitude, std:
 template <class Bounds>
 WARMFRONT_INLINE void advance_leaf(std::span<const PointBounds> bounds, double magnitude, Bvh<Bounds>& bvh,
                                    NodeId node) {
-  const auto [first, end] = bvh.leaves.blocks_of[node - bvh.shape.first_leaf()];
+  const auto [first, end] = bvh.leaves.blocks_of[number_of(bvh.shape.leaf_of(node))];
   Displacements of_leaf;
-  for (std::uint32_t block = first; block < end; ++block) {
+  for (BlockId block = first; block < end; ++block) {
+    const std::uint32_t b = number_of(block);
     Displacements moved;
-    for (const std::uint32_t v : bvh.travel.block_vertices[block]) moved.see(bounds[v]);
-    if (!bvh.travel.blocks.empty()) advance(moved, magnitude, bvh.travel.slack, bvh.travel.blocks[block]);
+    for (const std::uint32_t v : bvh.travel.block_vertices[b]) moved.see(bounds[v]);
+    if (!bvh.travel.blocks.empty()) advance(moved, magnitude, bvh.travel.slack, bvh.travel.blocks[b]);
     of_leaf.see(moved);
   }
-  advance(of_leaf, magnitude, bvh.travel.slack, bvh.travel.nodes[node]);
+  advance(of_leaf, magnitude, bvh.travel.slack, bvh.travel.nodes[number_of(node)]);
 }
 
 // Adds the step's motion of a node whose bounds are those of the step. Lanes that are infinite, whose changes
@@ -104,11 +105,12 @@ template <class Bounds>
 WARMFRONT_INLINE void advance_travel(std::span<const PointBounds> vertex_bounds, double magnitude,
                                      Bvh<Bounds>& bvh, NodeId node) {
   const NodeId first_leaf = bvh.shape.first_leaf();
-  NodeTravel& travel = bvh.travel.nodes[node];
+  NodeTravel& travel = bvh.travel.nodes[number_of(node)];
   if (node >= first_leaf && !bvh.leaves.blocks.empty())
     return advance_leaf(vertex_bounds, magnitude, bvh, node);
-  const std::array<float, 3> centre = centre_of(bvh.nodes[node]);
-  const float length = wandered(bvh.nodes[node], centre[0] - travel.centre[0], centre[1] - travel.centre[1],
+  const Bounds& bounds = bvh.nodes[number_of(node)];
+  const std::array<float, 3> centre = centre_of(bounds);
+  const float length = wandered(bounds, centre[0] - travel.centre[0], centre[1] - travel.centre[1],
                                 centre[2] - travel.centre[2]);
   travel.centre = centre;
   travel.wandered += std::min(travel::units(length) + bvh.travel.slack, travel::kMost);

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "engine/bvh/node_set.h"
+#include "engine/bvh/tree_numbers.h"
 
 namespace warmfront {
 
@@ -44,21 +44,27 @@ class TreeShape {
   std::uint32_t leaf_count() const { return leaves_; }
   std::uint32_t block_count() const { return blocks_; }
   bool has_wide_leaves() const { return leaf_size_ > kBlockSize; }
-  NodeId first_leaf() const { return leaves_ - 1; }
+  NodeId first_leaf() const { return NodeId{leaves_ - 1}; }
+  NodeId end_node() const { return NodeId{node_count()}; }  ///< after the last, which is a leaf
   bool is_leaf(NodeId node) const { return node >= first_leaf(); }
+  LeafId leaf_of(NodeId node) const { return LeafId{node - first_leaf()}; }  ///< the node is_leaf()
+  NodeId node_of(LeafId leaf) const { return first_leaf() + number_of(leaf); }
+  LeafId end_leaf() const { return LeafId{leaf_count()}; }  ///< after the last
   /// Position in `order` where the primitives of a block begin; those of the last end where one more would.
-  std::uint32_t begin_of_block(std::uint32_t block) const {
-    return begins_ != nullptr ? (*begins_)[block] : share(block, primitives_, blocks_);
+  std::uint32_t begin_of_block(BlockId block) const {
+    const std::uint32_t b = number_of(block);
+    return begins_ != nullptr ? (*begins_)[b] : share(b, primitives_, blocks_);
   }
   /// So many primitives hold the largest of the blocks; unless with_blocks() said otherwise, the others one
   /// less.
   std::uint32_t largest_block() const { return largest_block_; }
-  std::uint32_t size_of_block(std::uint32_t block) const {
+  std::uint32_t size_of_block(BlockId block) const {
     return begin_of_block(block + 1) - begin_of_block(block);
   }
   /// Where the blocks below `node` begin, and where they end.
-  std::uint32_t first_block(NodeId node) const { return first_block(level_of(node), index_of(node)); }
-  std::uint32_t end_block(NodeId node) const { return first_block(level_of(node), index_of(node) + 1); }
+  BlockId first_block(NodeId node) const { return first_block(level_of(node), index_of(node)); }
+  BlockId end_block(NodeId node) const { return first_block(level_of(node), index_of(node) + 1); }
+  BlockId end_block() const { return BlockId{blocks_}; }  ///< after the last
   /// Position in `order` where the primitives below `node` begin, and where they end.
   std::uint32_t begin(NodeId node) const { return begin_of_block(first_block(node)); }
   std::uint32_t end(NodeId node) const { return begin_of_block(end_block(node)); }
@@ -74,14 +80,16 @@ class TreeShape {
     return std::min(level, 8);
   }
   std::uint32_t subtree_count() const { return 1U << subtree_level(); }
-  NodeId subtree_root(std::uint32_t subtree) const { return (1U << subtree_level()) - 1 + subtree; }
+  NodeId subtree_root(std::uint32_t subtree) const { return first_of_level(subtree_level()) + subtree; }
   /// The subtree that a node is in, which is not above them; counted from the left.
   std::uint32_t subtree_of(NodeId node) const { return index_of(node) >> (level_of(node) - subtree_level()); }
 
-  static int level_of(NodeId node) { return std::bit_width(node + 1) - 1; }
-  static NodeId left(NodeId node) { return 2 * node + 1; }
-  static NodeId parent(NodeId node) { return (node - 1) / 2; }
-  static bool is_left(NodeId node) { return (node & 1U) != 0; }
+  static int level_of(NodeId node) { return std::bit_width(number_of(node) + 1) - 1; }
+  static NodeId first_of_level(int level) { return NodeId{(1U << level) - 1}; }
+  static NodeId left(NodeId node) { return NodeId{2 * number_of(node) + 1}; }
+  static NodeId right(NodeId node) { return left(node) + 1; }
+  static NodeId parent(NodeId node) { return NodeId{(number_of(node) - 1) / 2}; }
+  static bool is_left(NodeId node) { return (number_of(node) & 1U) != 0; }
 
   std::size_t memory_bytes() const {  ///< besides its own
     return begins_ != nullptr ? begins_->capacity() * sizeof(std::uint32_t) : 0;
@@ -90,16 +98,16 @@ class TreeShape {
  private:
   TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size, std::uint32_t of_block);
 
-  static std::uint32_t index_of(NodeId node) { return node + 1 - (1U << level_of(node)); }
+  static std::uint32_t index_of(NodeId node) { return node - first_of_level(level_of(node)); }
   static std::uint32_t share(std::uint32_t i, std::uint32_t of, std::uint32_t among) {
     return static_cast<std::uint32_t>(std::uint64_t{i} * of / among);
   }
   // From the leaves left of node `index` of `level`: counted on the last level, where beyond its end every
   // two stand for one of the level above.
-  std::uint32_t first_block(int level, std::uint32_t index) const {
+  BlockId first_block(int level, std::uint32_t index) const {
     const std::uint32_t last = index << (depth_ - level);
     const std::uint32_t filled = 2 * leaves_ - (1U << depth_);
-    return share(last <= filled ? last : filled + (last - filled) / 2, blocks_, leaves_);
+    return BlockId{share(last <= filled ? last : filled + (last - filled) / 2, blocks_, leaves_)};
   }
 
   std::uint32_t primitives_ = 0;
@@ -111,10 +119,10 @@ class TreeShape {
   std::shared_ptr<const std::vector<std::uint32_t>> begins_;  // null: as shared out
 };
 
-/// Blocks one after another, by their numbers.
+/// Blocks one after another.
 struct BlockRange {
-  std::uint32_t begin;
-  std::uint32_t end;
+  BlockId begin;
+  BlockId end;
 
   std::uint32_t size() const { return end - begin; }
   bool operator==(const BlockRange&) const = default;

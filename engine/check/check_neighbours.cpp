@@ -28,8 +28,9 @@ class Ends {
       : tree_(tree), scene_(scene), vertex_bounds_(vertex_bounds), width_(width) {}
 
   bool apart(const NeighbourPair& pair) const {
-    const std::uint64_t excluded = sharing_pairs(tree_.leaves.corners[pair.a], tree_.leaves.corners[pair.b]) |
-                                   tree_.no_pairs(pair.a, pair.b);
+    const std::uint64_t excluded =
+        sharing_pairs(tree_.leaves.corners[number_of(pair.a)], tree_.leaves.corners[number_of(pair.b)]) |
+        tree_.no_pairs(pair.a, pair.b);
     for (std::uint64_t bits = ~excluded; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       if (overlap(bounds(pair.a, bit / 8), bounds(pair.b, bit % 8), width_)) return false;
@@ -39,7 +40,7 @@ class Ends {
 
  private:
   // The bounds of a primitive that is stationary at the end of the step.
-  Bounds bounds(std::uint32_t block, std::uint32_t i) const {
+  Bounds bounds(BlockId block, std::uint32_t i) const {
     Bounds bounds = Bounds::empty();
     for (const std::uint32_t v :
          primitive_vertices(scene_, tree_.order[tree_.shape.begin_of_block(block) + i]))
@@ -72,9 +73,9 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
     stop.check();
     for (const NeighbourPair& pair : kept[c].pairs) {
       paced.check();
-      const bool lasts =
-          !pair.budget.exhausted(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b], reserve);
-      if (lasts && !ends.apart(pair)) wrong = std::uint64_t{pair.a} + 1;
+      const bool lasts = !pair.budget.exhausted(tree.travel.blocks[number_of(pair.a)],
+                                                tree.travel.blocks[number_of(pair.b)], reserve);
+      if (lasts && !ends.apart(pair)) wrong = std::uint64_t{number_of(pair.a)} + 1;
     }
   };
   tbb::parallel_for(std::size_t{0}, kept.size() / kBudgetTurns + 1, check);

@@ -5,30 +5,21 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
-#include <cstring>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <type_traits>
-#include <vector>
 
 #include "engine/bounds/moving.h"
-#include "engine/bvh/node_patches.h"
 #include "engine/bvh/topology_checksum.h"
+#include "engine/check/check_hierarchy.h"
 #include "engine/check/check_neighbours.h"
+#include "engine/check/check_segment.h"
 #include "engine/front/descend.h"
 #include "engine/parallel/stoppable_loops.h"
-#include "engine/scene/primitives.h"
 
 namespace warmfront {
 namespace {
-
-std::string text(const NodePair& pair) {
-  return "(" + std::to_string(pair.a) + ", " + std::to_string(pair.b) + ")";
-}
 
 /// The first fault found by any thread.
 class Finding {
@@ -47,13 +38,6 @@ class Finding {
 };
 
 template <class Bounds>
-bool holds(const Bounds& outer, const Bounds& inner) {
-  bool all = true;
-  for (std::size_t k = 0; k < outer.lane.size(); ++k) all &= outer.lane[k] <= inner.lane[k];
-  return all;
-}
-
-template <class Bounds>
 class SelfCheck {
  public:
   explicit SelfCheck(const KeptState<Bounds>& kept) : kept_(kept), core_(kept.core) {}
@@ -69,7 +53,7 @@ class SelfCheck {
       found_.report(ErrorCode::kInternal, "the numbers of parts and hierarchies differ");
     if (!found_) {
       tbb::parallel_for(std::size_t{0}, kept_.trees.size(),
-                        [&](std::size_t p) { check_part(static_cast<std::uint32_t>(p)); });
+                        [&](std::size_t p) { check_part(PartId{static_cast<std::uint32_t>(p)}); });
     }
     if (!found_) check_near();
     if (!found_) check_apart();
@@ -81,21 +65,24 @@ class SelfCheck {
   void broken(const std::string& what) { found_.report(ErrorCode::kInternal, what); }
 
   // Are the part's bounds those of the last step?
-  bool current(std::uint32_t p) const {
-    return !core_.model.is_removed(p) && kept_.refit_in[p] == kept_.step && !kept_.trees[p].nodes.empty() &&
-           !kept_.trees[p].order.empty();
+  bool current(PartId p) const {
+    return !core_.model.is_removed(p) && kept_.refit_in[number_of(p)] == kept_.step &&
+           !kept_.trees[number_of(p)].nodes.empty() && !kept_.trees[number_of(p)].order.empty();
   }
 
-  void check_part(std::uint32_t p) {
+  void check_part(PartId p) {
     kept_.stop.check();
     if (!current(p)) return;
-    const std::string of_part = " of part " + std::to_string(p);
-    if (!holds_each_once(p))
+    const std::string of_part = " of part " + std::to_string(number_of(p));
+    const Bvh<Bounds>& tree = kept_.trees[number_of(p)];
+    const HierarchyCheck<Bounds> hierarchy(tree, core_.topology->parts[number_of(p)], core_, kept_.stop);
+    if (!hierarchy.holds_each_once())
       return broken("the hierarchy" + of_part + " does not contain each primitive exactly once");
-    if (kept_.trees[p].patches != patches_of(p))
+    if (!hierarchy.patches_agree())
       return broken("the patches of nodes" + of_part + " are not those of the filters");
-    if (!leaves_agree(p)) return broken("the leaves" + of_part + " do not match its primitive order");
-    const FeatureRange& features = core_.topology->parts[p].features;
+    if (!hierarchy.leaves_agree())
+      return broken("the leaves" + of_part + " do not match its primitive order");
+    const FeatureRange& features = core_.topology->parts[number_of(p)].features;
     for_each_index(features.first_vertex, features.end_vertex, kept_.stop, [&](std::size_t i) {
       const auto v = static_cast<std::uint32_t>(i);
       const Motion& motion = core_.motion.vertices();
@@ -105,138 +92,13 @@ class SelfCheck {
                       "vertex " + std::to_string(number_of(core_.topology->numbering.given(NewVertex{v}))) +
                           " is outside its bounds");
     });
-    const Bvh<Bounds>& tree = kept_.trees[p];
     for_each_index(
         0, tree.shape.node_count(), kept_.stop,
         [&](std::size_t i) {
-          const auto node = static_cast<NodeId>(i);
-          if (!node_holds(tree, node))
-            broken("node " + std::to_string(node) + of_part + " does not contain its children");
+          if (!hierarchy.node_holds(NodeId{static_cast<std::uint32_t>(i)}))
+            broken("node " + std::to_string(i) + of_part + " does not contain its children");
         },
-        kNodesAtOnce);
-  }
-
-  std::vector<std::uint32_t> patches_of(std::uint32_t p) const {
-    const Bvh<Bounds>& tree = kept_.trees[p];
-    return node_patches(core_.topology->scene, tree.shape, tree.order, core_.filter.patches(), kept_.stop);
-  }
-
-  bool holds_each_once(std::uint32_t p) const {
-    const PartTopology& part = core_.topology->parts[p];
-    const Bvh<Bounds>& tree = kept_.trees[p];
-    if (tree.order.size() != part.order.size() || tree.nodes.size() != tree.shape.node_count() ||
-        tree.shape.primitive_count() != part.shape.primitive_count() ||
-        tree.shape.leaf_count() != part.shape.leaf_count())
-      return false;
-    // At first this is the hierarchy's own order, later always a permutation of it.
-    if (std::ranges::equal(tree.order, part.order)) return true;
-    std::vector<Primitive> order(tree.order), first(part.order);
-    PacedStop paced(kept_.stop);
-    const auto less = [&](Primitive a, Primitive b) {
-      paced.check();
-      return a < b;
-    };
-    std::ranges::sort(order, less);
-    std::ranges::sort(first, less);
-    return order == first;
-  }
-
-  bool leaves_agree(std::uint32_t p) const {
-    const Bvh<Bounds>& tree = kept_.trees[p];
-    const TreeShape& shape = tree.shape;
-    if (!tree.leaves.blocks.empty() && (tree.leaves.blocks.size() != shape.block_count() ||
-                                        tree.leaves.corners.size() != shape.block_count() ||
-                                        tree.leaves.grids.size() != shape.leaf_count() ||
-                                        tree.leaves.blocks_of.size() != shape.leaf_count()))
-      return false;
-    if (!tree.leaves.wide.empty() && tree.leaves.wide.size() != shape.leaf_count()) return false;
-    PacedStop paced(kept_.stop, kNodesAtOnce);
-    for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
-      paced.check();
-      for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
-        if (is_point(tree.order[i])) continue;
-        const LeavesOfKind& leaves = is_face(tree.order[i]) ? tree.face_leaves : tree.segment_leaves;
-        const std::uint32_t at = number_in_kind(tree.order[i]) - leaves.first;
-        if (at >= leaves.leaf.size() || leaves.leaf[at] != leaf) return false;
-      }
-      if (!tree.leaves.blocks.empty() && !blocks_agree(tree, leaf)) return false;
-    }
-    return tree.leaves.shared == nullptr ||
-           *tree.leaves.shared == *shared_vertices(core_.topology->scene, shape, tree.order, kept_.stop);
-  }
-
-  bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
-    const BlockRange blocks{tree.shape.first_block(leaf), tree.shape.end_block(leaf)};
-    const NodeId l = leaf - tree.shape.first_leaf();
-    if (tree.leaves.grids[l].begin_at_1 != 0 && tree.leaves.grids[l].begin_at_1 != Bounds::kAxes)
-      return false;
-    if (!(tree.leaves.blocks_of[l] == blocks)) return false;
-    for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
-      const std::uint32_t begin = tree.shape.begin_of_block(block);
-      const std::uint32_t size = tree.shape.size_of_block(block);
-      for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
-        const Face vertices =
-            primitive_vertices(core_.topology->scene, tree.order[begin + (i < size ? i : 0)]);
-        for (std::size_t k = 0; k < 3; ++k)
-          if (tree.leaves.corners[block].vertex[k][i] != vertices[k]) return false;
-      }
-    }
-    return true;
-  }
-
-  bool node_holds(const Bvh<Bounds>& tree, NodeId node) const {
-    const Bounds& bounds = tree.nodes[node];
-    if (!tree.shape.is_leaf(node)) {
-      const NodeId left = TreeShape::left(node);
-      return holds(bounds, tree.nodes[left]) && holds(bounds, tree.nodes[left + 1]);
-    }
-    const auto holds_primitive = [&](std::uint32_t position, auto&& holds_bounds) {
-      const Face vertices = primitive_vertices(core_.topology->scene, tree.order[position]);
-      return std::ranges::all_of(vertices, [&](std::uint32_t v) {
-        const Bounds inner = narrow<Bounds>(bounds_of(core_.vertex_bounds[v]));
-        return holds(bounds, inner) && holds_bounds(inner);
-      });
-    };
-    if (tree.leaves.blocks.empty())
-      return holds_primitive(tree.shape.begin(node), [](const Bounds&) { return true; });
-    const NodeId leaf = node - tree.shape.first_leaf();
-    const BlockRange blocks = tree.leaves.blocks_of[leaf];
-    const LeafGrid<Bounds>& grid = tree.leaves.grids[leaf];
-    LeafGrid<Bounds> own;
-    own.set(bounds, 0);
-    own.set(bounds, 1);
-    if (!(own == grid)) return false;
-    for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
-      const std::uint32_t begin = tree.shape.begin_of_block(block);
-      const std::uint32_t size = tree.shape.size_of_block(block);
-      for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
-        const bool held = holds_primitive(begin + (i < size ? i : 0), [&](const Bounds& inner) {
-          return holds_numbers(grid, tree.leaves.blocks[block], i, inner) &&
-                 (tree.leaves.wide.empty() ||
-                  holds_numbers(grid, tree.leaves.wide[leaf], block - blocks.begin, inner));
-        });
-        if (!held) return false;
-      }
-    }
-    return true;
-  }
-
-  static bool holds_numbers(const LeafGrid<Bounds>& grid, const EightBounds<Bounds>& eight,
-                            std::uint32_t slot, const Bounds& inner) {
-    constexpr std::size_t kAxes = Bounds::kAxes;
-    for (std::size_t t = 0; t < 2; ++t) {
-      const auto& end = grid.end[t];
-      const double unit = std::ldexp(1.0, end.exponent);
-      for (std::size_t k = 0; k < kAxes; ++k) {
-        const std::int16_t* number = OneOfLeaf::of(eight, grid.begin_at_1, slot)(t, k);
-        const float* lower = &inner.lane[t * Bounds::kEnd + k];
-        if (end.none() ? number[0] != grid.kNever || number[1] != grid.kNever
-                       : !(end.origin[k] + number[0] * unit <= lower[0]) ||
-                             !(number[1] * unit - end.origin[k] <= lower[kAxes]))
-          return false;
-      }
-    }
-    return true;
+        HierarchyCheck<Bounds>::kAtOnce);
   }
 
   // Pairs of parts that may meet and whose bounds overlap must be in `near` or `apart`.
@@ -247,19 +109,20 @@ class SelfCheck {
     tbb::parallel_for(std::uint64_t{0}, rows, [&](std::uint64_t row) {
       PacedStop paced(kept_.stop);
       kept_.stop.check();
-      const auto p = static_cast<std::uint32_t>((kept_.turn * rows + row) % parts);
-      for (std::uint32_t q = 0; q < parts; ++q) {
+      const PartId p{static_cast<std::uint32_t>((kept_.turn * rows + row) % parts)};
+      for (PartId q{0}; q < PartId{parts}; ++q) {
         paced.check();
         const PartPair pair{std::min(p, q), std::max(p, q)};
         if (core_.model.is_removed(p) || core_.model.is_removed(q)) continue;
         if (p == q ? !core_.tests_itself(p)
-                   : !core_.model.may_meet(p, q) || !overlap(kept_.roots[p], kept_.roots[q]))
+                   : !core_.model.may_meet(p, q) ||
+                         !overlap(kept_.roots[number_of(p)], kept_.roots[number_of(q)]))
           continue;
         if (!std::ranges::binary_search(kept_.near, pair, {}, &NearPair::parts) &&
             !std::ranges::binary_search(kept_.turning, pair, {}, &NearPair::parts) &&
             !std::ranges::binary_search(kept_.apart, pair, {}, &ApartPair::parts))
-          return broken("parts " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
-                        " are near but have no front");
+          return broken("parts " + std::to_string(number_of(pair.a)) + " and " +
+                        std::to_string(number_of(pair.b)) + " are near but have no front");
       }
     });
   }
@@ -273,7 +136,7 @@ class SelfCheck {
                              pair.parts.a, pair.parts.b);
       const VertexMotion base = core_.motion.vertex(pair.parts.a, 0);
       for (const auto end : {&VertexMotion::t0, &VertexMotion::t1}) {
-        const auto along = [&](std::uint32_t part, std::uint32_t v) {
+        const auto along = [&](PartId part, std::uint32_t v) {
           const VertexMotion vertex = core_.motion.vertex(part, v);
           double sum = 0;
           for (std::size_t k = 0; k < 3; ++k) sum += pair.direction[k] * ((vertex.*end)[k] - (base.*end)[k]);
@@ -284,7 +147,8 @@ class SelfCheck {
           most = std::max(most, along(pair.parts.a, v));
         for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.b); ++v) {
           if (!(along(pair.parts.b, v) - most > separation))
-            return broken("parts " + std::to_string(pair.parts.a) + " and " + std::to_string(pair.parts.b) +
+            return broken("parts " + std::to_string(number_of(pair.parts.a)) + " and " +
+                          std::to_string(number_of(pair.parts.b)) +
                           " are not apart along the direction that is stored");
         }
       }
@@ -301,84 +165,34 @@ class SelfCheck {
     tbb::parallel_for(std::size_t{0}, segments.size(), [&](std::size_t s) {
       const FrontSegment& segment = segments[s];
       if (!current(segment.parts.a) || !current(segment.parts.b)) return;
-      check_cut(segment);
+      const TreePair<Bounds> trees(kept_.trees[number_of(segment.parts.a)],
+                                   kept_.trees[number_of(segment.parts.b)], GapAt::kEnd,
+                                   kept_.widths.of(segment.parts));
+      broken(segment, broken_cut(segment, trees));
       check_neighbours(segment);
-      tbb::parallel_for(std::size_t{0}, segment.chunks.size(),
-                        [&](std::size_t c) { check_chunk(segment, segment.chunks[c]); });
+      tbb::parallel_for(std::size_t{0}, segment.chunks.size(), [&](std::size_t c) {
+        if (found_) return;
+        kept_.stop.check();
+        broken(segment, broken_chunk(segment.chunks[c], trees));
+      });
     });
   }
 
   void check_neighbours(const FrontSegment& segment) {
-    const std::uint32_t part = segment.parts.a;
+    const PartId part = segment.parts.a;
     // None are listed where the front is not lazy, or has no room.
     if (!segment.with_itself() || !kept_.front->neighbours().listed(part)) return;
-    const std::string wrong =
-        broken_neighbours(kept_.front->neighbours().of(part), kept_.trees[part], core_.topology->scene,
-                          core_.vertex_bounds, kept_.widths.of(segment.parts), kept_.turn, kept_.stop);
-    if (!wrong.empty()) broken("the front" + of(segment) + " " + wrong);
+    broken(segment, broken_neighbours(kept_.front->neighbours().of(part), kept_.trees[number_of(part)],
+                                      core_.topology->scene, core_.vertex_bounds,
+                                      kept_.widths.of(segment.parts), kept_.turn, kept_.stop));
   }
 
-  static std::string of(const FrontSegment& segment) {
-    return " of parts " + std::to_string(segment.parts.a) + " and " + std::to_string(segment.parts.b);
+  // Reports a fault, if there is one.
+  void broken(const FrontSegment& segment, const std::string& fault) {
+    if (fault.empty()) return;
+    broken("the front of parts " + std::to_string(number_of(segment.parts.a)) + " and " +
+           std::to_string(number_of(segment.parts.b)) + " " + fault);
   }
-
-  // A depth-first walk of the test tree meets the front's pairs in order: each path from the root ends at one
-  // of them.
-  void check_cut(const FrontSegment& segment) {
-    const Bvtt bvtt(kept_.trees[segment.parts.a].shape, kept_.trees[segment.parts.b].shape,
-                    segment.parts.a == segment.parts.b);
-    std::size_t pairs = 0;
-    std::vector<NodePair> stack{Bvtt::root()};
-    for (const FrontChunk& chunk : segment.chunks) {
-      pairs += chunk.pairs.size();
-      for (const FrontPair& pair : chunk.pairs) {
-        for (;;) {
-          if (stack.empty() || stack.size() > kDeepest)
-            return broken("the front" + of(segment) + " has pair " + text(pair.nodes) + " out of place");
-          const NodePair at = stack.back();
-          stack.pop_back();
-          if (at == pair.nodes) break;
-          if (bvtt.is_leaf(at)) return broken("the front" + of(segment) + " lacks pair " + text(at));
-          const auto children = static_cast<std::ptrdiff_t>(stack.size());
-          bvtt.for_children(at, [&](const NodePair& child) { stack.push_back(child); });
-          std::reverse(stack.begin() + children, stack.end());
-        }
-      }
-    }
-    if (!stack.empty())
-      return broken("the front" + of(segment) + " has no pairs below " + text(stack.back()));
-    if (pairs != segment.size) broken("the front" + of(segment) + " has a wrong pair count");
-  }
-
-  void check_chunk(const FrontSegment& segment, const FrontChunk& chunk) {
-    if (found_) return;
-    kept_.stop.check();
-    const TreePair<Bounds> trees(kept_.trees[segment.parts.a], kept_.trees[segment.parts.b], GapAt::kEnd,
-                                 kept_.widths.of(segment.parts));
-    const Bvtt bvtt = trees.bvtt();
-    std::uint64_t tests = 0;
-    for (const FrontPair& pair : chunk.pairs) {
-      if (!bvtt.is_leaf(pair.nodes) && !(trees.gap(pair.nodes, tests) > 0))
-        return broken("the front" + of(segment) + " marks overlapping pair " + text(pair.nodes) +
-                      " as disjoint");
-      if (pair.adjacent && trees.gap(pair.nodes, tests) > 0)
-        return broken("the front" + of(segment) + " marks pair " + text(pair.nodes) + " as adjacent");
-    }
-    std::size_t contacts = 0;
-    for (std::size_t i = 0; i < chunk.kept.pairs.size(); ++i) {
-      contacts += chunk.kept.pairs[i].contacts;
-      if (chunk.kept.pairs[i].pair >= chunk.pairs.size() ||
-          (i > 0 && chunk.kept.pairs[i].pair <= chunk.kept.pairs[i - 1].pair))
-        return broken("the front" + of(segment) + " caches answers of pairs that it does not contain");
-    }
-    if (contacts != chunk.kept.contacts.size())
-      broken("the front" + of(segment) + " has a wrong count of cached contacts");
-  }
-
-  static constexpr std::size_t kNodesAtOnce = 64;
-
-  // Two nodes of at most 31 levels, with two pending siblings at each.
-  static constexpr std::size_t kDeepest = 192;
 
   const KeptState<Bounds>& kept_;
   const Core& core_;

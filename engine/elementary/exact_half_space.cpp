@@ -9,7 +9,8 @@
 #include <initializer_list>
 #include <optional>
 
-#include "engine/elementary/exact/big_polynomial.h"
+#include "engine/elementary/exact/common_divisor.h"
+#include "engine/elementary/exact/isolated_roots.h"
 #include "engine/elementary/exact_polygon.h"
 #include "engine/elementary/near_polygon.h"
 

@@ -9,7 +9,8 @@
 
 #include "engine/elementary/certified.h"
 #include "engine/elementary/closest.h"
-#include "engine/elementary/exact/big_polynomial.h"
+#include "engine/elementary/exact/common_divisor.h"
+#include "engine/elementary/exact/isolated_roots.h"
 #include "engine/elementary/near_polygon.h"
 
 namespace warmfront {

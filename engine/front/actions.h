@@ -60,8 +60,9 @@ PairAction action_of(const FrontPair& pair, const TreePair<Bounds>& trees, bool 
                      Answers answers) {
   const bool clean = !wider && (trees.state(pair.nodes) & kChanged) == 0;
   if (clean && (answers == Answers::kReuse || !trees.bvtt().is_leaf(pair.nodes))) return PairAction::kReuse;
-  const bool lasts = lazy && !pair.budget.exhausted(trees.a.travel.nodes[pair.nodes.a],
-                                                    trees.b.travel.nodes[pair.nodes.b], trees.reserve());
+  const bool lasts =
+      lazy && !pair.budget.exhausted(trees.a.travel.nodes[number_of(pair.nodes.a)],
+                                     trees.b.travel.nodes[number_of(pair.nodes.b)], trees.reserve());
   return lasts ? PairAction::kSkip : PairAction::kTest;
 }
 

@@ -26,8 +26,8 @@ double build_cost(const TreePair<Bounds>& trees, const NodePair& pair) {
   const int below_a = trees.a.shape.levels() - 1 - TreeShape::level_of(pair.a);
   const int below_b = trees.b.shape.levels() - 1 - TreeShape::level_of(pair.b);
   if (trees.bvtt().is_self(pair)) return static_cast<double>(1U << below_a) * (below_a + 1);
-  const Bounds& a = trees.a.nodes[pair.a];
-  const Bounds& b = trees.b.nodes[pair.b];
+  const Bounds& a = trees.a.nodes[number_of(pair.a)];
+  const Bounds& b = trees.b.nodes[number_of(pair.b)];
   return (static_cast<double>(1U << below_a) * overlap_share(a, b) +
           static_cast<double>(1U << below_b) * overlap_share(b, a)) *
              2 +

@@ -230,7 +230,7 @@ class ChunkUpdate {
   FrontCounts& counts_;
   PacedStop paced_{how_.stop, 512};
   bool changed_ = false;
-  NodePair last_parent_{0xffffffff, 0xffffffff};
+  NodePair last_parent_{NodeId{0xffffffff}, NodeId{0xffffffff}};  // none
   float last_gap_ = -1;
   float folded_gap_ = -1;
 };

@@ -35,7 +35,7 @@ struct TreePair {
   MotionState state(const NodePair& pair) const {
     // Most often everything moves, and there is nothing to look up.
     if (a.motion.all_moving || b.motion.all_moving) return kMoving | kChanged;
-    return a.motion.states[pair.a] | b.motion.states[pair.b];
+    return a.motion.states[number_of(pair.a)] | b.motion.states[number_of(pair.b)];
   }
   /// As separation(); kLeftOut in one patch. A node overlaps itself by definition (an empty leaf's bounds
   /// would say no).
@@ -44,7 +44,7 @@ struct TreePair {
     if (patches.are_one(pair.a, pair.b)) return kLeftOut;
     if (&a == &b && pair.a == pair.b) return -1;
     ++bv_tests;
-    return separation(a.nodes[pair.a], b.nodes[pair.b], gap_at, within);
+    return separation(a.nodes[number_of(pair.a)], b.nodes[number_of(pair.b)], gap_at, within);
   }
   /// What is kept in hand of a pair's budget.
   std::uint32_t reserve() const { return travel::reserve(a.travel.slack + b.travel.slack, width); }

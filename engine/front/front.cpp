@@ -58,7 +58,7 @@ void rebalance(FrontSegment& segment) {
 constexpr std::size_t kTryAgain = 256;
 
 // What was found at rest no longer holds.
-void test_moved(std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink) {
+void test_moved(PartId part, NeighbourChunk& chunk, LeafPairSink& sink) {
   chunk.at_rest = {};
   sink.neighbours(part, chunk);
 }
@@ -113,7 +113,8 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
   constexpr double kShare = 1.0 / 256;
   constexpr double kLeastCost = 32;
   const auto pair_of = [&](const FrontSegment& s) {
-    return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b], how.gap_at, how.widths.of(s.parts));
+    return TreePair<Bounds>(trees[number_of(s.parts.a)], trees[number_of(s.parts.b)], how.gap_at,
+                            how.widths.of(s.parts));
   };
   double cost = 0;
   PacedStop paced(how.stop, 256);
@@ -145,7 +146,8 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
           work.push_back({Work::kReuse, s, 0, how.answers});
         break;
       case SegmentAction::kUpdate: {
-        listed = segment.with_itself() && list_neighbours(segment.parts.a, trees[segment.parts.a], how);
+        listed =
+            segment.with_itself() && list_neighbours(segment.parts.a, trees[number_of(segment.parts.a)], how);
         const Answers answers = listed ? answers_after_listing(how.answers) : how.answers;
         for (std::size_t c = 0; c < segment.chunks.size(); ++c)
           work.push_back({Work::kUpdate, s, c, answers});
@@ -153,7 +155,7 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
       }
     }
     if (!segment.with_itself()) continue;
-    const Bvh<Bounds>& tree = trees[segment.parts.a];
+    const Bvh<Bounds>& tree = trees[number_of(segment.parts.a)];
     const std::span<const NeighbourChunk> neighbours = std::as_const(neighbours_).of(segment.parts.a);
     // A list begins with a chunk for each subtree. No subtree's was tested before it was listed.
     const std::size_t subtrees = how.subtrees_tested && !listed ? tree.shape.subtree_count() : 0;
@@ -169,7 +171,7 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
 // pairs would soon lack the room: a front that is dropped because of its neighbours is built anew without
 // them, again and again.
 template <class Bounds>
-bool Front<Bounds>::list_neighbours(std::uint32_t part, const Bvh<Bounds>& tree, const FrontUpdate& how) {
+bool Front<Bounds>::list_neighbours(PartId part, const Bvh<Bounds>& tree, const FrontUpdate& how) {
   const std::size_t room_to_grow = size_ * sizeof(FrontPair) * 2;
   const std::size_t room = how.max_bytes - std::min(room_to_grow, how.max_bytes);
   return how.lazy && neighbours_.list(part, tree, room, how.stop);
@@ -181,7 +183,8 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   how.stop.check();
   FrontSegment& segment = segments_[work.segment];
   const PartPair& parts = segment.parts;
-  const TreePair<Bounds> pair(trees[parts.a], trees[parts.b], how.gap_at, how.widths.of(parts));
+  const TreePair<Bounds> pair(trees[number_of(parts.a)], trees[number_of(parts.b)], how.gap_at,
+                              how.widths.of(parts));
   switch (work.kind) {
     case Work::kReuse:
       for (const FrontChunk& chunk : segment.chunks) reuse(chunk, sink, how.stop);
@@ -237,13 +240,13 @@ void Front<Bounds>::begin_step() {
 }
 
 template <class Bounds>
-void Front<Bounds>::test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink) {
+void Front<Bounds>::test_subtree(PartId part, std::uint32_t subtree, LeafPairSink& sink) {
   const std::span<NeighbourChunk> neighbours = neighbours_.of(part);
   if (!neighbours.empty()) test_moved(part, neighbours[subtree], sink);
 }
 
 template <class Bounds>
-void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk,
+void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, PartId part, NeighbourChunk& chunk,
                                    LeafPairSink& sink, bool wider, Answers answers) {
   if (answers != Answers::kReuse) chunk.at_rest = {};
   const RestAnswer& stored = chunk.at_rest.answer;
@@ -323,16 +326,16 @@ void Front<Bounds>::drop_answers() {
 template <class Bounds>
 void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees, const PartWidths& widths) noexcept {
   for (FrontSegment& segment : segments_) {
-    const TreePair<Bounds> pair_of(trees[segment.parts.a], trees[segment.parts.b], GapAt::kEnd,
-                                   widths.of(segment.parts));
+    const TreePair<Bounds> pair_of(trees[number_of(segment.parts.a)], trees[number_of(segment.parts.b)],
+                                   GapAt::kEnd, widths.of(segment.parts));
     const Bvh<Bounds>& a = pair_of.a;
     const Bvh<Bounds>& b = pair_of.b;
     if (a.travel.nodes.empty() || b.travel.nodes.empty()) continue;
     const std::uint32_t reserve = pair_of.reserve();
     for (FrontChunk& chunk : segment.chunks) {
       for (FrontPair& pair : chunk.pairs) {
-        const NodeTravel& at_a = a.travel.nodes[pair.nodes.a];
-        const NodeTravel& at_b = b.travel.nodes[pair.nodes.b];
+        const NodeTravel& at_a = a.travel.nodes[number_of(pair.nodes.a)];
+        const NodeTravel& at_b = b.travel.nodes[number_of(pair.nodes.b)];
         if (pair.budget.exhausted(at_a, at_b, reserve)) pair.budget.spend(at_a, at_b);
       }
     }
@@ -344,7 +347,8 @@ template <class Bounds>
 void Front<Bounds>::leave_trial(std::span<const Bvh<Bounds>> trees, std::span<const std::uint8_t> off_base,
                                 TrialLeft left, const PartWidths& widths) noexcept {
   for (FrontSegment& segment : segments_) {
-    const auto [p, q] = segment.parts;
+    const std::uint32_t p = number_of(segment.parts.a);
+    const std::uint32_t q = number_of(segment.parts.b);
     if (off_base[p] == 0 && off_base[q] == 0) continue;
     const TreePair<Bounds> pair_of(trees[p], trees[q], GapAt::kEnd, widths.of(segment.parts));
     if (pair_of.a.travel.nodes.empty() || pair_of.b.travel.nodes.empty()) continue;
@@ -353,10 +357,11 @@ void Front<Bounds>::leave_trial(std::span<const Bvh<Bounds>> trees, std::span<co
     const std::uint32_t reserve = pair_of.reserve();
     for (FrontChunk& chunk : segment.chunks) {
       for (FrontPair& pair : chunk.pairs)
-        warmfront::leave_trial(pair.budget, a, pair.nodes.a, b, pair.nodes.b, left, reserve);
+        warmfront::leave_trial(pair.budget, a, number_of(pair.nodes.a), b, number_of(pair.nodes.b), left,
+                               reserve);
     }
     if (segment.with_itself())
-      neighbours_.leave_trial(p, pair_of.a.travel.blocks_of_trial(true), left, reserve);
+      neighbours_.leave_trial(segment.parts.a, pair_of.a.travel.blocks_of_trial(true), left, reserve);
   }
 }
 
@@ -376,7 +381,7 @@ void Front<Bounds>::forget(FrontSegment& segment) {
 }
 
 template <class Bounds>
-void Front<Bounds>::forget(std::uint32_t part) {
+void Front<Bounds>::forget(PartId part) {
   for (FrontSegment& segment : segments_) {
     if (segment.parts.a != part && segment.parts.b != part) continue;
     size_ -= segment.size;
@@ -387,7 +392,7 @@ void Front<Bounds>::forget(std::uint32_t part) {
 template <class Bounds>
 void Front<Bounds>::forget(std::span<const std::uint8_t> marked) noexcept {
   for (FrontSegment& segment : segments_) {
-    if (marked[segment.parts.a] == 0 && marked[segment.parts.b] == 0) continue;
+    if (marked[number_of(segment.parts.a)] == 0 && marked[number_of(segment.parts.b)] == 0) continue;
     size_ -= segment.size;
     forget(segment);
   }

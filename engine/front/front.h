@@ -93,7 +93,7 @@ class Front {
   /// subtree changed and has just been refit, so that its blocks are still in cache. advance() of the same
   /// step must know (FrontUpdate::subtrees_tested), with the part in `near` against itself. Thread-safe for
   /// different subtrees.
-  void test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink);
+  void test_subtree(PartId part, std::uint32_t subtree, LeafPairSink& sink);
 
   /// The next motion begins where everything stands now, as far as `trees` have travelled, and questions
   /// about it have these widths at most: budgets that do not last for that here are spent for good, wherever
@@ -110,7 +110,7 @@ class Front {
   /// Forgets the front.
   void clear();
   /// Forgets what has to do with a part whose hierarchy is another one now.
-  void forget(std::uint32_t part);
+  void forget(PartId part);
   /// The same of all parts that are marked, by part. O(segments).
   void forget(std::span<const std::uint8_t> marked) noexcept;
 
@@ -142,11 +142,11 @@ class Front {
   void match(std::span<const NearPair> near, StopSignal stop);
   // What the tasks of the step are.
   void plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near, const FrontUpdate& how);
-  bool list_neighbours(std::uint32_t part, const Bvh<Bounds>& tree, const FrontUpdate& how);
+  bool list_neighbours(PartId part, const Bvh<Bounds>& tree, const FrontUpdate& how);
   void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink, const FrontUpdate& how);
   void update(const Work& work, const TreePair<Bounds>& trees, LeafPairSink& sink, const FrontUpdate& how);
   void reuse(const FrontChunk& chunk, LeafPairSink& sink, StopSignal stop);
-  void run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink,
+  void run_neighbours(const Bvh<Bounds>& tree, PartId part, NeighbourChunk& chunk, LeafPairSink& sink,
                       bool wider, Answers answers);
   void forget(FrontSegment& segment);
   // Puts the scratch's pairs into `chunk`, unless all chunks together hold more than they may.

@@ -44,9 +44,9 @@ class LeafPairSink {
   virtual LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which,
                                     RestAnswer& answer) = 0;
   /// Neighbours of a part, of which those whose budget is spent are tested, and get another one.
-  virtual void neighbours(std::uint32_t part, NeighbourChunk& chunk) = 0;
+  virtual void neighbours(PartId part, NeighbourChunk& chunk) = 0;
   /// The same where nothing moves; what is found is in `chunk.at_rest` too.
-  virtual void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) = 0;
+  virtual void neighbours_at_rest(PartId part, NeighbourChunk& chunk) = 0;
   /// What was found in an earlier step, of leaves that have not moved since: a RestAnswer.
   virtual void keep(std::uint64_t triangle_pairs, const ContactTally& tally,
                     std::span<const Contact> contacts) = 0;

@@ -35,8 +35,8 @@ WARMFRONT_INLINE std::uint32_t exhausted_of_four(const NeighbourPair* pairs, con
   Float4 offset[4];  // the fourth lane is none
   UInt4 left[4];     // the fourth lane is what is left of the gap, the others are nothing
   for (int i = 0; i < 4; ++i) {
-    const auto a = load<Float4>(&travel[pairs[i].a]);
-    const auto b = load<Float4>(&travel[pairs[i].b]);
+    const auto a = load<Float4>(&travel[number_of(pairs[i].a)]);
+    const auto b = load<Float4>(&travel[number_of(pairs[i].b)]);
     const auto budget = load<Float4>(&pairs[i].budget);
     offset[i] = (a - b) - budget;
     left[i] = (UInt4)budget - (UInt4)a - (UInt4)b;
@@ -78,7 +78,9 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
   }
   for (; n < pairs.size(); ++n) {
     due[count] = n;
-    count += pairs[n].budget.exhausted(travel[pairs[n].a], travel[pairs[n].b], reserve) ? 1 : 0;
+    count += pairs[n].budget.exhausted(travel[number_of(pairs[n].a)], travel[number_of(pairs[n].b)], reserve)
+                 ? 1
+                 : 0;
   }
   return count;
 }
@@ -87,40 +89,43 @@ template <class Bounds>
 std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop) {
   std::vector<NeighbourChunk> chunks;
   if (tree.travel.blocks.empty() || tree.leaves.shared == nullptr) return chunks;
-  std::vector<std::uint32_t> leaf_of(tree.shape.block_count());
-  for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf)
-    std::fill_n(leaf_of.begin() + tree.leaves.blocks_of[leaf].begin, tree.leaves.blocks_of[leaf].size(),
-                leaf);
-
-  const NodeId first_leaf = tree.shape.first_leaf();
+  std::vector<LeafId> leaf_of(tree.shape.block_count());  // by block
+  for (LeafId leaf{0}; leaf < tree.shape.end_leaf(); ++leaf) {
+    const BlockRange& blocks = tree.leaves.blocks_of[number_of(leaf)];
+    std::fill_n(leaf_of.begin() + number_of(blocks.begin), blocks.size(), leaf);
+  }
   const PatchesOfTwo patches(tree.patches, tree.patches);
   chunks.resize(tree.shape.subtree_count());
   std::vector<NeighbourPair> of_leaf;
-  std::vector<std::uint32_t> others;  // the leaves that these reach, ascending
+  std::vector<LeafId> others;  // the leaves that these reach, ascending
   PacedStop paced(stop, 16);
-  for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf) {
+  for (LeafId leaf{0}; leaf < tree.shape.end_leaf(); ++leaf) {
+    const NodeId node = tree.shape.node_of(leaf);
     paced.check();
     of_leaf.clear();
     others.clear();
-    const auto [first, end] = tree.leaves.blocks_of[leaf];
-    for (std::uint32_t a = first; a < end; ++a) {
-      tree.leaves.shared->for_neighbours(a, [&](std::uint32_t b) {
-        of_leaf.push_back({a, b, TravelBudget::grant(tree.travel.blocks[a], tree.travel.blocks[b], -1),
-                           tree.excluded(a, b)});
-        const auto at = std::ranges::lower_bound(others, leaf_of[b]);
-        if (at == others.end() || *at != leaf_of[b]) others.insert(at, leaf_of[b]);
+    const auto [first, end] = tree.leaves.blocks_of[number_of(leaf)];
+    for (BlockId a = first; a < end; ++a) {
+      tree.leaves.shared->for_neighbours(a, [&](BlockId b) {
+        const NodeTravel& of_a = tree.travel.blocks[number_of(a)];
+        const NodeTravel& of_b = tree.travel.blocks[number_of(b)];
+        of_leaf.push_back({a, b, TravelBudget::grant(of_a, of_b, -1), tree.excluded(a, b)});
+        const LeafId other = leaf_of[number_of(b)];
+        const auto at = std::ranges::lower_bound(others, other);
+        if (at == others.end() || *at != other) others.insert(at, other);
       });
     }
-    const std::uint32_t subtree = tree.shape.subtree_of(first_leaf + leaf);
-    for (const std::uint32_t other : others) {
-      if (patches.are_one(first_leaf + leaf, first_leaf + other)) continue;  // as a traversal does
-      const bool within = tree.shape.subtree_of(first_leaf + other) == subtree;
+    const std::uint32_t subtree = tree.shape.subtree_of(node);
+    for (const LeafId other : others) {
+      const NodeId other_node = tree.shape.node_of(other);
+      if (patches.are_one(node, other_node)) continue;  // as a traversal does
+      const bool within = tree.shape.subtree_of(other_node) == subtree;
       NeighbourChunk& chunk = within ? chunks[subtree] : open_chunk(chunks, tree.shape.subtree_count());
       std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),
-                           [&](const NeighbourPair& pair) { return leaf_of[pair.b] == other; });
+                           [&](const NeighbourPair& pair) { return leaf_of[number_of(pair.b)] == other; });
       chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
-      chunk.nodes.add(first_leaf + leaf);
-      chunk.nodes.add(first_leaf + other);
+      chunk.nodes.add(node);
+      chunk.nodes.add(other_node);
     }
   }
   for (NeighbourChunk& chunk : chunks) {
@@ -131,9 +136,9 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
 }
 
 template <class Bounds>
-bool Neighbours::list(std::uint32_t part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop) {
-  if (part >= of_part_.size()) of_part_.resize(part + 1);
-  OfPart& of = of_part_[part];
+bool Neighbours::list(PartId part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop) {
+  if (number_of(part) >= of_part_.size()) of_part_.resize(number_of(part) + 1);
+  OfPart& of = of_part_[number_of(part)];
   if (std::exchange(of.tried, true)) return false;
   std::vector<NeighbourChunk> listed = list_neighbours(tree, stop);
   const std::size_t bytes = list_bytes_ + bytes_of(listed);
@@ -143,10 +148,10 @@ bool Neighbours::list(std::uint32_t part, const Bvh<Bounds>& tree, std::size_t m
   return !of.chunks.empty();
 }
 
-void Neighbours::forget(std::uint32_t part) {
-  if (part >= of_part_.size()) return;
-  list_bytes_ -= bytes_of(of_part_[part].chunks);
-  of_part_[part] = {};
+void Neighbours::forget(PartId part) {
+  if (number_of(part) >= of_part_.size()) return;
+  list_bytes_ -= bytes_of(of_part_[number_of(part)].chunks);
+  of_part_[number_of(part)] = {};
 }
 
 void Neighbours::clear() {
@@ -160,12 +165,12 @@ void Neighbours::forget_answers() {
   }
 }
 
-void Neighbours::settle(std::uint32_t part, std::span<const NodeTravel> block_travel,
+void Neighbours::settle(PartId part, std::span<const NodeTravel> block_travel,
                         std::uint32_t reserve) noexcept {
   for (NeighbourChunk& chunk : of(part)) {
     for (NeighbourPair& pair : chunk.pairs) {
-      const NodeTravel& at_a = block_travel[pair.a];
-      const NodeTravel& at_b = block_travel[pair.b];
+      const NodeTravel& at_a = block_travel[number_of(pair.a)];
+      const NodeTravel& at_b = block_travel[number_of(pair.b)];
       if (!pair.budget.exhausted(at_a, at_b, reserve)) continue;
       pair.budget.spend(at_a, at_b);
       chunk.may_have_contacts = true;
@@ -174,11 +179,13 @@ void Neighbours::settle(std::uint32_t part, std::span<const NodeTravel> block_tr
   }
 }
 
-void Neighbours::leave_trial(std::uint32_t part, const TrialTravel& blocks, TrialLeft left,
+void Neighbours::leave_trial(PartId part, const TrialTravel& blocks, TrialLeft left,
                              std::uint32_t reserve) noexcept {
   for (NeighbourChunk& chunk : of(part)) {
     for (NeighbourPair& pair : chunk.pairs) {
-      if (warmfront::leave_trial(pair.budget, blocks, pair.a, blocks, pair.b, left, reserve)) continue;
+      if (warmfront::leave_trial(pair.budget, blocks, number_of(pair.a), blocks, number_of(pair.b), left,
+                                 reserve))
+        continue;
       chunk.may_have_contacts = true;
       chunk.at_rest.known = false;
     }
@@ -204,7 +211,7 @@ std::size_t Neighbours::memory_bytes() const {
 
 template std::vector<NeighbourChunk> list_neighbours(const Bvh<Aabb>&, StopSignal);
 template std::vector<NeighbourChunk> list_neighbours(const Bvh<KDop18>&, StopSignal);
-template bool Neighbours::list(std::uint32_t, const Bvh<Aabb>&, std::size_t, StopSignal);
-template bool Neighbours::list(std::uint32_t, const Bvh<KDop18>&, std::size_t, StopSignal);
+template bool Neighbours::list(PartId, const Bvh<Aabb>&, std::size_t, StopSignal);
+template bool Neighbours::list(PartId, const Bvh<KDop18>&, std::size_t, StopSignal);
 
 }  // namespace warmfront

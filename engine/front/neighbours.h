@@ -10,14 +10,15 @@
 
 #include "engine/bvh/bvh.h"
 #include "engine/front/rest_answer.h"
+#include "engine/scene/part_id.h"
 
 namespace warmfront {
 
 /// Two blocks of a part, or one with itself, and for how long their primitives need not be tested against
 /// each other.
 struct NeighbourPair {
-  std::uint32_t a;  ///< block numbers, a <= b
-  std::uint32_t b;
+  BlockId a;  ///< a <= b
+  BlockId b;
   TravelBudget budget;
   std::uint64_t excluded;  ///< as Bvh::excluded() says: kept here, where it comes with the rest
 };
@@ -28,8 +29,8 @@ struct NeighbourChunk {
   static constexpr std::size_t kPairs = 512;  ///< about, where they are not all that a subtree has
 
   struct Leaves {
-    std::uint32_t a;  ///< counted from the first leaf
-    std::uint32_t b;
+    LeafId a;
+    LeafId b;
     std::uint32_t end;  ///< where their pairs end; they begin where those of the leaves before end
     bool operator==(const Leaves&) const = default;
   };
@@ -70,28 +71,31 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
 /// one list may be changed by one thread each.
 class Neighbours {
  public:
-  bool listed(std::uint32_t part) const { return part < of_part_.size() && !of_part_[part].chunks.empty(); }
-  /// The list of a part; empty where there is none.
-  std::span<NeighbourChunk> of(std::uint32_t part) {
-    return part < of_part_.size() ? std::span(of_part_[part].chunks) : std::span<NeighbourChunk>();
+  bool listed(PartId part) const {
+    return number_of(part) < of_part_.size() && !of_part_[number_of(part)].chunks.empty();
   }
-  std::span<const NeighbourChunk> of(std::uint32_t part) const {
-    return part < of_part_.size() ? std::span(of_part_[part].chunks) : std::span<const NeighbourChunk>();
+  /// The list of a part; empty where there is none.
+  std::span<NeighbourChunk> of(PartId part) {
+    return number_of(part) < of_part_.size() ? std::span(of_part_[number_of(part)].chunks)
+                                             : std::span<NeighbourChunk>();
+  }
+  std::span<const NeighbourChunk> of(PartId part) const {
+    return number_of(part) < of_part_.size() ? std::span(of_part_[number_of(part)].chunks)
+                                             : std::span<const NeighbourChunk>();
   }
 
   /// Lists the neighbours of a part with this hierarchy, if that was not tried since forget() and all lists
   /// are no larger than `max_bytes` then. Returns whether the part has neighbours that were not listed
   /// before. Throws Stopped when told to stop.
   template <class Bounds>
-  bool list(std::uint32_t part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop);
-  void forget(std::uint32_t part);
+  bool list(PartId part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop);
+  void forget(PartId part);
   void clear();
   /// Forgets what was found of neighbours that do not move.
   void forget_answers();
   /// See Front::settle() and Front::leave_trial().
-  void settle(std::uint32_t part, std::span<const NodeTravel> block_travel, std::uint32_t reserve) noexcept;
-  void leave_trial(std::uint32_t part, const TrialTravel& blocks, TrialLeft left,
-                   std::uint32_t reserve) noexcept;
+  void settle(PartId part, std::span<const NodeTravel> block_travel, std::uint32_t reserve) noexcept;
+  void leave_trial(PartId part, const TrialTravel& blocks, TrialLeft left, std::uint32_t reserve) noexcept;
 
   /// Bytes of the lists, and of these with what is kept of neighbours that do not move: both are the same for
   /// any number of threads.

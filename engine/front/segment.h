@@ -26,8 +26,8 @@ template <class Bounds>
 TravelBudget grant_budget(const TreePair<Bounds>& trees, const NodePair& pair, float gap) {
   return trees.a.travel.nodes.empty() || trees.b.travel.nodes.empty()
              ? TravelBudget{}
-             : TravelBudget::grant(trees.a.travel.nodes_at(trees.gap_at)[pair.a],
-                                   trees.b.travel.nodes_at(trees.gap_at)[pair.b], gap);
+             : TravelBudget::grant(trees.a.travel.nodes_at(trees.gap_at)[number_of(pair.a)],
+                                   trees.b.travel.nodes_at(trees.gap_at)[number_of(pair.b)], gap);
 }
 
 /// What is kept of stationary leaf pairs: a RestAnswer each.

@@ -46,19 +46,19 @@ double rounding_of_bend(const Twist& twist, double from_centre) {
   return 0x1p-46 * (angle * (angle * from_centre + length_above(twist.linear))) + 0x1p-1060;
 }
 
-void Arcs::take(std::span<const std::uint32_t> screws, std::span<const std::uint32_t> part_of_vertex,
+void Arcs::take(std::span<const PartId> screws, std::span<const std::uint32_t> body_of_vertex,
                 const SceneMotion& motion, StopSignal stop) {
   any_ = false;
   PacedStop paced(stop);
-  for (const std::uint32_t part : screws) {
+  for (const PartId part : screws) {
     paced.check();
     if (!motion.turns(part)) continue;
     if (!any_) {
       of_part_.assign(motion.part_count(), Arc{});
-      part_of_vertex_ = part_of_vertex;
+      body_of_vertex_ = body_of_vertex;
       any_ = true;
     }
-    of_part_[part] = arc_of(motion.poses(part), motion.ball(part));
+    of_part_[number_of(part)] = arc_of(motion.poses(part), motion.ball(part));
   }
 }
 

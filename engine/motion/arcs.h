@@ -10,6 +10,7 @@
 
 #include "engine/motion/scene_motion.h"
 #include "engine/scene/held_bytes.h"
+#include "engine/scene/part_id.h"
 #include "engine/screw.h"
 #include "engine/stop.h"
 
@@ -34,29 +35,31 @@ double rounding_of_bend(const Twist& twist, double from_centre);
 class Arcs {
  public:
   /// Of the motion that was begun, in which these parts move along screws. Throws Stopped when told to stop.
-  void take(std::span<const std::uint32_t> screws, std::span<const std::uint32_t> part_of_vertex,
+  void take(std::span<const PartId> screws, std::span<const std::uint32_t> body_of_vertex,
             const SceneMotion& motion, StopSignal stop);
 
   /// Does anything leave its line?
   bool any() const { return any_; }
   /// Null for a part of which nothing does.
-  const Twist* of_part(std::uint32_t part) const {
-    return any_ && of_part_[part].most > 0 ? &of_part_[part].twist : nullptr;
+  const Twist* of_part(PartId part) const {
+    return any_ && of_part_[number_of(part)].most > 0 ? &of_part_[number_of(part)].twist : nullptr;
   }
   const Twist* around(std::uint32_t vertex) const { return any_ ? of_part(part_around(vertex)) : nullptr; }
   /// The part that a vertex, in either numbers, is in. Where there are any.
-  std::uint32_t part_around(std::uint32_t vertex) const { return part_of_vertex_[vertex]; }
-  double most_of(std::uint32_t part) const { return any_ ? of_part_[part].most : 0; }
+  PartId part_around(std::uint32_t vertex) const { return part_of_body(body_of_vertex_[vertex]); }
+  double most_of(PartId part) const { return any_ ? of_part_[number_of(part)].most : 0; }
   /// `separation` with as much room as the lines of two parts need to tell of their arcs.
-  double widened(double separation, std::uint32_t part_a, std::uint32_t part_b) const {
-    return any_ ? (separation + (of_part_[part_a].most + of_part_[part_b].most)) * (1 + 0x1p-40) : separation;
+  double widened(double separation, PartId part_a, PartId part_b) const {
+    return any_ ? (separation + (of_part_[number_of(part_a)].most + of_part_[number_of(part_b)].most)) *
+                      (1 + 0x1p-40)
+                : separation;
   }
 
   std::size_t memory_bytes() const { return held_bytes(of_part_); }
 
  private:
   std::vector<Arc> of_part_;
-  std::span<const std::uint32_t> part_of_vertex_;
+  std::span<const std::uint32_t> body_of_vertex_;
   bool any_ = false;
 };
 

@@ -32,7 +32,7 @@ double longest_way(const SceneMotion& motion, const Arcs& arcs, StopSignal stop)
     }
   };
   PacedStop paced(stop);
-  for (std::uint32_t p = 0; p < motion.part_count(); ++p) {
+  for (PartId p{0}; p < motion.end_part(); ++p) {
     paced.check();
     if ((motion.state(p) & kMoving) == 0) continue;
     const auto of_some = [&](std::size_t first, std::size_t end) {

@@ -73,21 +73,22 @@ void SceneMotion::truncate(std::uint32_t part_count, std::uint32_t vertex_count)
   take_magnitude();
 }
 
-std::shared_ptr<const ReferenceShape> SceneMotion::shape_of(std::uint32_t part, StopSignal stop) {
+std::shared_ptr<const ReferenceShape> SceneMotion::shape_of(PartId part, StopSignal stop) {
   return std::make_shared<const ReferenceShape>(
-      motion_.vertices().subspan(parts_[part].first, parts_[part].end - parts_[part].first), motion_.frame(),
-      stop);
+      motion_.vertices().subspan(parts_[number_of(part)].first,
+                                 parts_[number_of(part)].end - parts_[number_of(part)].first),
+      motion_.frame(), stop);
 }
 
 void SceneMotion::make_rigid(Part& part, StopSignal stop) {
-  AtPose at{shape_of(static_cast<std::uint32_t>(&part - parts_.data()), stop), {}};
+  AtPose at{shape_of(PartId{static_cast<std::uint32_t>(&part - parts_.data())}, stop), {}};
   part.range.reach = part.reach_at_start = reach_at(part, *at.shape, at.pose);
   part.start = at;
   part.now = std::move(at);
 }
 
-void SceneMotion::settle(std::uint32_t part, StopSignal stop) {
-  settle(parts_[part], stop);
+void SceneMotion::settle(PartId part, StopSignal stop) {
+  settle(parts_[number_of(part)], stop);
 }
 
 void SceneMotion::settle(Part& part, StopSignal stop) {
@@ -99,15 +100,15 @@ void SceneMotion::settle(Part& part, StopSignal stop) {
   part.placed = true;
 }
 
-double SceneMotion::measured_reach(std::uint32_t index, StopSignal stop) const {
+double SceneMotion::measured_reach(PartId index, StopSignal stop) const {
   RangeMotion range;
-  motion_.measure(parts_[index].first, parts_[index].end, range, stop);
+  motion_.measure(parts_[number_of(index)].first, parts_[number_of(index)].end, range, stop);
   return range.reach;
 }
 
-void SceneMotion::change_kind(std::uint32_t index, BodyKind kind, std::shared_ptr<const ReferenceShape> shape,
+void SceneMotion::change_kind(PartId index, BodyKind kind, std::shared_ptr<const ReferenceShape> shape,
                               double reach) noexcept {
-  Part& part = parts_[index];
+  Part& part = parts_[number_of(index)];
   if (kind == part.kind && shape == nullptr) return;
   part.kind = kind;
   if (shape != nullptr) {
@@ -155,41 +156,41 @@ void SceneMotion::take_magnitude() {
   motion_.follow(reach);
 }
 
-std::uint32_t SceneMotion::part_of(std::uint32_t vertex) const {
+PartId SceneMotion::part_of(std::uint32_t vertex) const {
   const auto next = std::ranges::upper_bound(parts_, vertex, {}, &Part::first);
-  return static_cast<std::uint32_t>(next - parts_.begin()) - 1;
+  return PartId{static_cast<std::uint32_t>(next - parts_.begin()) - 1};
 }
 
-MotionState SceneMotion::state(std::uint32_t index) const {
-  const Part& part = parts_[index];
+MotionState SceneMotion::state(PartId index) const {
+  const Part& part = parts_[number_of(index)];
   if (part.placed) return part.range.any;
   const bool moving = turns(part);
   return static_cast<MotionState>((moving ? kMoving | kChanged : 0) | (part.turned ? kChanged : 0));
 }
 
-SceneMotion::Poses SceneMotion::poses(std::uint32_t index) const {
-  const Part& part = parts_[index];
+SceneMotion::Poses SceneMotion::poses(PartId index) const {
+  const Part& part = parts_[number_of(index)];
   const auto* at = std::get_if<AtPose>(&part.now);
   return at == nullptr ? Poses{} : Poses{pose_at_start(part), at->pose};
 }
 
-SceneMotion::Ball SceneMotion::ball(std::uint32_t index) const {
-  const Part& part = parts_[index];
+SceneMotion::Ball SceneMotion::ball(PartId index) const {
+  const Part& part = parts_[number_of(index)];
   const AtPose& at = std::get<AtPose>(part.now);
   const double* centre = at.shape->centre.data();
   return {{padded(pose_at_start(part).place(centre)), padded(at.pose.place(centre))}, at.shape->radius};
 }
 
-VertexMotion SceneMotion::vertex(std::uint32_t index, std::uint32_t i) const {
-  const Part& part = parts_[index];
+VertexMotion SceneMotion::vertex(PartId index, std::uint32_t i) const {
+  const Part& part = parts_[number_of(index)];
   if (part.placed) return motion_.vertices()[part.first + i];
   const AtPose& at = std::get<AtPose>(part.now);
   const double* x = at.shape->positions.data() + std::size_t{3} * i;
   return {padded(pose_at_start(part).place(x)), padded(at.pose.place(x))};
 }
 
-void SceneMotion::points(std::uint32_t index, MovingPoints& points) const {
-  const Part& part = parts_[index];
+void SceneMotion::points(PartId index, MovingPoints& points) const {
+  const Part& part = parts_[number_of(index)];
   if (part.placed) {
     points.take(motion_.vertices().subspan(part.first, part.end - part.first), motion_.frame());
   } else {
@@ -202,9 +203,9 @@ std::uint64_t SceneMotion::moved_vertices() const {
   std::uint64_t moved = 0;
   for (std::uint32_t p = 0; p < parts_.size(); ++p) {
     const Part& part = parts_[p];
-    const MotionState any = state(p);
+    const MotionState any = state(PartId{p});
     if ((any & kMoving) == 0) continue;
-    if (unplaced(p) || (part.range.all & kMoving) != 0) {
+    if (!part.placed || (part.range.all & kMoving) != 0) {
       moved += part.end - part.first;
     } else {
       for (std::uint32_t v = part.first; v < part.end; ++v) moved += motion_.states()[v] & kMoving;

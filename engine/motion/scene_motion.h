@@ -15,6 +15,7 @@
 #include "engine/motion/reference_shape.h"
 #include "engine/result.h"
 #include "engine/scene.h"
+#include "engine/scene/part_id.h"
 #include "engine/scene/renumbering.h"
 
 namespace warmfront {
@@ -50,15 +51,15 @@ class SceneMotion {
   void take(Replacement replacement) noexcept;
 
   /// The shape of a part as it is now.
-  std::shared_ptr<const ReferenceShape> shape_of(std::uint32_t part, StopSignal stop = {});
+  std::shared_ptr<const ReferenceShape> shape_of(PartId part, StopSignal stop = {});
   /// What the vertices of a part reach, where they are; after settle() of the part.
-  double measured_reach(std::uint32_t part, StopSignal stop = {}) const;
+  double measured_reach(PartId part, StopSignal stop = {}) const;
   /// A part is of another kind from now on; `shape` is its shape_of() where it becomes rigid, which it may
   /// have been before, else null, and `reach` is its measured_reach(). After settle() of the part.
-  void change_kind(std::uint32_t part, BodyKind kind, std::shared_ptr<const ReferenceShape> shape,
+  void change_kind(PartId part, BodyKind kind, std::shared_ptr<const ReferenceShape> shape,
                    double reach) noexcept;
   /// Brings the vertices of a part at a pose to where this puts them. Changes no placement.
-  void settle(std::uint32_t part, StopSignal stop = {});
+  void settle(PartId part, StopSignal stop = {});
 
   /// Counts as stepped where this is, instead of another scene's motion.
   void follow_on(const SceneMotion& before) noexcept { steps_ = before.steps_; }
@@ -120,42 +121,45 @@ class SceneMotion {
   void commit_trial(double fraction, bool single, const Arcs& arcs) noexcept;
 
   /// Places the vertices of a part that moves by poses. Parallel inside Workers::run().
-  void place(std::uint32_t part, StopSignal stop = {});
+  void place(PartId part, StopSignal stop = {});
 
   const Motion& vertices() const { return motion_; }
 
   std::uint32_t part_count() const { return static_cast<std::uint32_t>(parts_.size()); }
+  PartId end_part() const { return PartId{part_count()}; }  ///< after the last
   /// The part that a vertex is in; in either numbers, since new ones stay within the part.
-  std::uint32_t part_of(std::uint32_t vertex) const;
+  PartId part_of(std::uint32_t vertex) const;
   /// The motion of the part's vertices; of one that waits for place(), that of the step before.
-  const RangeMotion& range(std::uint32_t part) const { return parts_[part].range; }
+  const RangeMotion& range(PartId part) const { return parts_[number_of(part)].range; }
   /// Union over the part's vertices, known without placing them (an upper bound then).
-  MotionState state(std::uint32_t part) const;
+  MotionState state(PartId part) const;
   /// Does the part move by poses, with its vertices not at this step's?
-  bool unplaced(std::uint32_t part) const { return !parts_[part].placed; }
+  bool unplaced(PartId part) const { return !parts_[number_of(part)].placed; }
 
   /// What an unplaced part stays within, at both ends of the step: a ball about a moving centre.
   struct Ball {
     VertexMotion centre;
     double radius;
   };
-  Ball ball(std::uint32_t part) const;
+  Ball ball(PartId part) const;
 
   /// The poses of a part at both ends of the step; the identity of one that does not move by poses.
   struct Poses {
     Pose start;
     Pose end;
   };
-  Poses poses(std::uint32_t part) const;
+  Poses poses(PartId part) const;
   /// Does the part move from one pose to another?
-  bool turns(std::uint32_t part) const { return turns(parts_[part]); }
+  bool turns(PartId part) const { return turns(parts_[number_of(part)]); }
 
-  std::uint32_t first_vertex(std::uint32_t part) const { return parts_[part].first; }
-  std::uint32_t vertex_count(std::uint32_t part) const { return parts_[part].end - parts_[part].first; }
+  std::uint32_t first_vertex(PartId part) const { return parts_[number_of(part)].first; }
+  std::uint32_t vertex_count(PartId part) const {
+    return parts_[number_of(part)].end - parts_[number_of(part)].first;
+  }
   /// Where vertex i of a part is at both ends of the step, placed or not.
-  VertexMotion vertex(std::uint32_t part, std::uint32_t i) const;
+  VertexMotion vertex(PartId part, std::uint32_t i) const;
   /// The same of all vertices of a part of MovingPoints::kMost or fewer, side by side.
-  void points(std::uint32_t part, MovingPoints& points) const;
+  void points(PartId part, MovingPoints& points) const;
 
   /// Vertices that are not where they were; of unplaced parts all.
   std::uint64_t moved_vertices() const;

@@ -54,15 +54,15 @@ void SceneMotion::clear_marks(const Frame& frame) noexcept {
   for (const std::uint32_t v : frame.vertices) {
     if (v < named_.size()) named_[v] = 0;
   }
-  const auto clear_part = [this](std::uint32_t part) {
-    if (part >= parts_.size()) return;
-    if (parts_[part].empty())
-      given_[part] &= static_cast<std::uint8_t>(~kNamed);
+  const auto clear_part = [this](PartId part) {
+    if (number_of(part) >= parts_.size()) return;
+    if (parts_[number_of(part)].empty())
+      given_[number_of(part)] &= static_cast<std::uint8_t>(~kNamed);
     else
-      named_[parts_[part].first] = 0;
+      named_[parts_[number_of(part)].first] = 0;
   };
-  for (const BodyPositions& body : frame.bodies) clear_part(body.body);
-  for (const BodyPose& pose : frame.poses) clear_part(pose.body);
+  for (const BodyPositions& body : frame.bodies) clear_part(part_of_body(body.body));
+  for (const BodyPose& pose : frame.poses) clear_part(part_of_body(pose.body));
 }
 
 Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, StopSignal stop) const {
@@ -134,16 +134,17 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     if (v >= scene.vertex_count())
       return invalid_argument(where + ": vertex " + std::to_string(v) + " is not in [0, " +
                               std::to_string(scene.vertex_count()) + ")");
-    const std::uint32_t part = part_of(v);
     if (!scene.bodies().empty()) {
-      const Body& body = scene.bodies()[part];
-      if (Status status = check_movable(body, part, where); !status) return status;
+      const PartId part = part_of(v);
+      const std::uint32_t index = body_of_part(part);
+      const Body& body = scene.bodies()[index];
+      if (Status status = check_movable(body, index, where); !status) return status;
       if (body.kind == BodyKind::kRigid)
         return invalid_argument(where + ": vertex " + std::to_string(v) + " is of the rigid body " +
-                                std::to_string(part) + "; give its pose, or all of its positions");
-      if (named_[parts_[part].first] == 2)
+                                std::to_string(index) + "; give its pose, or all of its positions");
+      if (named_[parts_[number_of(part)].first] == 2)
         return invalid_argument(where + ": vertex " + std::to_string(v) + " is of body " +
-                                std::to_string(part) + ", which the frame gives as a whole");
+                                std::to_string(index) + ", which the frame gives as a whole");
     }
     if (named_[v] != 0) return invalid_argument(where + ": vertex " + std::to_string(v) + " is named twice");
     named_[v] = 1;

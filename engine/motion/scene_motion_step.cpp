@@ -93,7 +93,8 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
     Part& part = parts_[pose.body];
     auto* at = std::get_if<AtPose>(&part.now);
     if (at == nullptr)
-      at = &part.now.emplace<AtPose>(AtPose{shape_of(pose.body, stop), {}});  // its positions were given last
+      at = &part.now.emplace<AtPose>(
+          AtPose{shape_of(part_of_body(pose.body), stop), {}});  // its positions were given last
     at->pose = pose.pose;
     part.range.reach = reach_at(part, *at->shape, at->pose);
   }
@@ -105,7 +106,8 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
   for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
     paced.check();
     const std::uint32_t v = frame.vertices[i];
-    motion_.move_one(new_vertex(GivenVertex{v}), row(frame.vertex_positions, i), parts_[part_of(v)].range);
+    motion_.move_one(new_vertex(GivenVertex{v}), row(frame.vertex_positions, i),
+                     parts_[number_of(part_of(v))].range);
   }
   if (steps_ % kMeasureSteps == 0) {
     for (Part& part : parts_) {
@@ -130,8 +132,8 @@ void SceneMotion::begin_again() {
   }
 }
 
-void SceneMotion::place(std::uint32_t index, StopSignal stop) {
-  Part& part = parts_[index];
+void SceneMotion::place(PartId index, StopSignal stop) {
+  Part& part = parts_[number_of(index)];
   const AtPose& to = std::get<AtPose>(part.now);
   motion_.move_posed(part.first, part.end, to.shape->positions, pose_at_start(part), to.pose,
                      part.follows ? std::optional(from_) : std::nullopt, part.range, stop);
@@ -168,7 +170,8 @@ void SceneMotion::commit_trial(double fraction, bool single, const Arcs& arcs) n
     part.range.reach = std::max(part.range.reach, part.reach_at_start);
     if (turns(part)) {
       Pose& pose = std::get<AtPose>(part.now).pose;
-      const bool along_screw = arcs.of_part(static_cast<std::uint32_t>(&part - parts_.data())) != nullptr;
+      const bool along_screw =
+          arcs.of_part(PartId{static_cast<std::uint32_t>(&part - parts_.data())}) != nullptr;
       const Pose start = pose_at_start(part);
       pose = along_screw ? screw_way(start, pose, fraction, single) : part_way(start, pose, fraction, single);
       part.shortened = true;

@@ -38,26 +38,26 @@ class BlockPairs {
   /// Tests all primitives of two blocks against each other, except the pairs in `excluded` (Bvh::excluded()).
   /// `whole_b` bounds the second one as a whole; null if they are one block. Returns the gap of
   /// primitive_overlaps().
-  float test(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
+  float test(const Bvh<Bounds>& a, BlockId block_a, const Bvh<Bounds>& b, BlockId block_b,
              std::uint64_t excluded, const OneOfLeaf* whole_b) {
     excluded |= always_empty_;
-    const EightBounds<Bounds>& eight_a = a.leaves.blocks[block_a];
+    const EightBounds<Bounds>& eight_a = a.leaves.blocks[number_of(block_a)];
     if (std::exchange(rebased_, &eight_a) != &eight_a) rebase(eight_a, *between_, over_);
-    const EightOverlaps pairs = primitive_overlaps(over_, b.leaves.blocks[block_b], *between_, whole_b,
-                                                   excluded, tester_.until(), gap_at_);
+    const EightOverlaps pairs = primitive_overlaps(over_, b.leaves.blocks[number_of(block_b)], *between_,
+                                                   whole_b, excluded, tester_.until(), gap_at_);
     tester_.output().counts.primitive_tests += static_cast<std::uint64_t>(std::popcount(~excluded));
     if (pairs.to_test != 0) test_found(a, block_a, b, block_b, pairs);
     return pairs.gap;
   }
 
   /// Pairs of two blocks' slots that must not be tested.
-  static std::uint64_t excluded(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b,
-                                std::uint32_t block_b) {
+  static std::uint64_t excluded(const Bvh<Bounds>& a, BlockId block_a, const Bvh<Bounds>& b,
+                                BlockId block_b) {
     return &a == &b ? a.excluded(block_a, block_b) : 0;  // two hierarchies share no vertex
   }
 
  private:
-  void test_found(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
+  void test_found(const Bvh<Bounds>& a, BlockId block_a, const Bvh<Bounds>& b, BlockId block_b,
                   const EightOverlaps& pairs) {
     const std::uint32_t first_a = a.shape.begin_of_block(block_a);
     const std::uint32_t first_b = b.shape.begin_of_block(block_b);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // PairTester's tests: a block of feature pairs, through the filters and the elementary test that the question
-// asks for. Pairs come and contacts go in pair_tester.cpp.
+// asks for. Pairs come from pair_tester.cpp, and contacts go to contact_reports.cpp.
 #include <algorithm>
 #include <array>
 #include <atomic>

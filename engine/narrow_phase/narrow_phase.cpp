@@ -5,16 +5,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <bit>
-#include <limits>
 #include <utility>
 
-#include "engine/narrow_phase/block_pairs.h"
 #include "engine/narrow_phase/gather_sorted.h"
+#include "engine/narrow_phase/leaf_pair_tester.h"
 #include "engine/narrow_phase/pair_tester.h"
 #include "engine/narrow_phase/world_of.h"
 #include "engine/parallel/stoppable_loops.h"
-#include "engine/scene/adjacency.h"
 #include "engine/scene/held_bytes.h"
 
 namespace warmfront {
@@ -27,179 +24,9 @@ void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
   warmfront::add(counts, more.counts);
 }
 
-/// Opens leaf pairs into primitive pairs.
-template <class Bounds>
-class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
-  using Blocks = BlockPairs<Bounds>;
-
- public:
-  void begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input, NarrowPhaseShared& shared,
-             std::uint64_t step) {
-    if (step_ == step) return;
-    step_ = step;
-    trees_ = trees;
-    scene_ = &input.scene;
-    stop_ = input.stop;
-    gap_at_ = input.gap_at;
-    widths_ = input.widths;
-    tester.begin(input, shared);
-    blocks_.begin(input);
-  }
-
-  LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which) override {
-    // One pair of the front may be all the work there is, when what was far apart comes together.
-    stop_.check();
-    tester.begin_leaves(parts.a, parts.b);
-    const Bvh<Bounds>& a = trees_[parts.a];
-    const Bvh<Bounds>& b = trees_[parts.b];
-    const bool same = parts.a == parts.b && leaves.a == leaves.b;
-    // Adjacent primitives never come apart and are never tested here.
-    constexpr float kFar = std::numeric_limits<float>::max();
-    if (a.leaves.blocks.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
-      if (same) return {kFar, true};
-      const Primitive p = a.order[a.shape.begin(leaves.a)];
-      const Primitive q = b.order[b.shape.begin(leaves.b)];
-      if (adjacent(primitive_vertices(*scene_, p), primitive_vertices(*scene_, q))) return {kFar, true};
-      tester.primitive_pair(p, q);
-      return {-1, false};
-    }
-    const NodeId leaf_a = leaves.a - a.shape.first_leaf();
-    const NodeId leaf_b = leaves.b - b.shape.first_leaf();
-    const BlockRange blocks_a = a.leaves.blocks_of[leaf_a];
-    const BlockRange blocks_b = b.leaves.blocks_of[leaf_b];
-    const Width width = widths_.of(parts);
-    const GridPair<Bounds> between = grid_pair(a.leaves.grids[leaf_a], b.leaves.grids[leaf_b], width);
-    const OneOfLeaf whole_b = OneOfLeaf::of(b.leaves.grids[leaf_b]);
-    blocks_.begin_leaves(a, b, between, width);
-    if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.skip_neighbours) {
-      const std::uint64_t excluded = Blocks::excluded(a, blocks_a.begin, b, blocks_b.begin);
-      return {blocks_.test(a, blocks_a.begin, b, blocks_b.begin, excluded, same ? nullptr : &whole_b),
-              excluded != 0};
-    }
-    const EightBounds<Bounds>& wide_b = b.leaves.wide[leaf_b];
-    const EightOverlaps pairs =
-        block_overlaps(a.leaves.wide[leaf_a], wide_b, {blocks_a.size(), blocks_b.size(), same}, between,
-                       whole_b, tester.until(), gap_at_);
-    const std::uint64_t near = transposed(pairs.to_test);
-    LeafGap nearest{pairs.gap, false};
-    if (which.skip_neighbours)
-      nearest.neighbours = neighbours_among(near, which, a, blocks_a.begin, blocks_b.begin);
-    nearest.adjacent = nearest.neighbours != 0;
-    // By blocks of a, so that each is brought over once.
-    for (std::uint64_t bits = near & ~nearest.neighbours; bits != 0; bits &= bits - 1) {
-      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      const std::uint32_t i = bit / 8;
-      const std::uint32_t j = bit % 8;
-      const OneOfLeaf block = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j);
-      const std::uint32_t block_a = blocks_a.begin + i;
-      const std::uint32_t block_b = blocks_b.begin + j;
-      const std::uint64_t excluded = which.skip_neighbours ? a.excluded_if_not_listed(block_a, block_b)
-                                                           : Blocks::excluded(a, block_a, b, block_b);
-      const float gap = blocks_.test(a, block_a, b, block_b, excluded, same && i == j ? nullptr : &block);
-      nearest.gap = std::min(nearest.gap, gap);
-      nearest.adjacent |= excluded != 0;
-    }
-    return nearest;
-  }
-
-  LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which,
-                            RestAnswer& answer) override {
-    LeafGap gap{};
-    tester.recording(answer, [&] { gap = leaf_pair(parts, leaves, which); });
-    return gap;
-  }
-
-  void neighbours(std::uint32_t part, NeighbourChunk& chunk) override {
-    tester.begin_leaves(part, part);
-    const Bvh<Bounds>& tree = trees_[part];
-    const std::span<const NodeTravel> travel = tree.travel.blocks;
-    const std::span<const NodeTravel> granted_at = tree.travel.blocks_at(gap_at_);
-    const Width width = widths_.of({part, part});
-    const std::uint32_t reserve = travel::reserve(2 * tree.travel.slack, width);
-    due_.resize(chunk.pairs.size());
-    due_.resize(due_neighbours(chunk.pairs, travel, reserve, due_.data()));
-    chunk.may_have_contacts = false;
-    auto due = due_.cbegin();
-    for (const NeighbourChunk::Leaves& leaves : chunk.leaves) {
-      if (due == due_.cend()) break;
-      if (*due >= leaves.end) continue;
-      stop_.check();
-      const GridPair<Bounds> between =
-          grid_pair(tree.leaves.grids[leaves.a], tree.leaves.grids[leaves.b], width);
-      const EightBounds<Bounds>& wide_b = tree.leaves.wide[leaves.b];
-      const std::uint32_t first_b = tree.leaves.blocks_of[leaves.b].begin;
-      blocks_.begin_leaves(tree, tree, between, width);
-      for (; due != due_.cend() && *due < leaves.end; ++due) {
-        // What is due lies anywhere: it is asked for some pairs ahead.
-        constexpr std::ptrdiff_t kAhead = 4;
-        if (due_.cend() - due > kAhead) prefetch(tree, chunk.pairs[due[kAhead]]);
-        NeighbourPair& pair = chunk.pairs[*due];
-        const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - first_b);
-        const float gap =
-            blocks_.test(tree, pair.a, tree, pair.b, pair.excluded, pair.a == pair.b ? nullptr : &whole_b);
-        pair.budget = TravelBudget::grant(granted_at[pair.a], granted_at[pair.b], gap);
-        chunk.may_have_contacts |= !(gap > width.straight);
-      }
-    }
-  }
-
-  void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) override {
-    NeighbourChunk::AtRest& found = chunk.at_rest;
-    found.answer.clear();
-    tester.recording(found.answer, [&] { neighbours(part, chunk); });
-    found.known = true;
-  }
-
-  void keep(std::uint64_t triangle_pairs, const ContactTally& tally,
-            std::span<const Contact> contacts) override {
-    tester.note_kept(triangle_pairs, tally, contacts);
-    tester.output().counts.triangle_pairs += triangle_pairs;
-    tester.keep(tally);
-    for (const Contact& contact : contacts) tester.keep(contact);
-  }
-
-  std::size_t memory_bytes() const {
-    return sizeof(*this) - sizeof(tester) + tester.memory_bytes() + held_bytes(due_);
-  }
-
-  PairTester tester;
-
- private:
-  // Those of the near blocks that are listed as neighbours: as they share a vertex, all that are.
-  static std::uint64_t neighbours_among(std::uint64_t near, const LeafBlocks& which, const Bvh<Bounds>& tree,
-                                        std::uint32_t first_a, std::uint32_t first_b) {
-    if (which.neighbours != 0) return which.neighbours;
-    std::uint64_t neighbours = 0;
-    for (std::uint64_t bits = near; bits != 0; bits &= bits - 1) {
-      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      if (tree.leaves.shared->has_place(first_a + bit / 8, first_b + bit % 8)) neighbours |= bits & -bits;
-    }
-    return neighbours;
-  }
-
-  static void prefetch(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
-    prefetch(tree.leaves.blocks[pair.a]);
-    if (pair.b != pair.a) prefetch(tree.leaves.blocks[pair.b]);
-  }
-  static void prefetch(const EightBounds<Bounds>& eight) {
-    constexpr std::size_t kRowsInALine = 2;
-    for (std::size_t row = 0; row < eight.kRows; row += kRowsInALine)
-      __builtin_prefetch(eight.row[row].data());
-  }
-
-  std::span<const Bvh<Bounds>> trees_;
-  const Scene* scene_ = nullptr;
-  StopSignal stop_;
-  GapAt gap_at_ = GapAt::kEnd;
-  PartWidths widths_;
-  std::uint64_t step_ = 0;
-  Blocks blocks_{tester};
-  std::vector<std::uint32_t> due_;
-};
-
 template <class Bounds>
 struct NarrowPhase<Bounds>::Impl {
-  tbb::enumerable_thread_specific<Sink> sinks;
+  tbb::enumerable_thread_specific<LeafPairTester<Bounds>> sinks;
   NarrowPhaseShared shared;
   std::span<const Bvh<Bounds>> trees;
   const NarrowPhaseInput* input = nullptr;
@@ -210,8 +37,8 @@ struct NarrowPhase<Bounds>::Impl {
   std::vector<std::span<const Contact>> found;  // of finish(): by thread, and room for gather_sorted()
   std::vector<std::size_t> buckets;
 
-  Sink& local_sink() {
-    Sink& sink = sinks.local();
+  LeafPairTester<Bounds>& local_sink() {
+    LeafPairTester<Bounds>& sink = sinks.local();
     sink.begin(trees, *input, shared, step);
     return sink;
   }
@@ -229,7 +56,7 @@ void NarrowPhase<Bounds>::begin(std::span<const Bvh<Bounds>> trees, const Narrow
   impl_->shared.earliest.begin(input.worlds.places());
   impl_->shared.contacts.store(0, std::memory_order_relaxed);
   ++impl_->step;
-  for (Sink& sink : impl_->sinks) sink.begin(trees, input, impl_->shared, impl_->step);
+  for (LeafPairTester<Bounds>& sink : impl_->sinks) sink.begin(trees, input, impl_->shared, impl_->step);
 }
 
 template <class Bounds>
@@ -240,13 +67,13 @@ LeafPairSink& NarrowPhase<Bounds>::local() {
 template <class Bounds>
 bool NarrowPhase<Bounds>::knows_met() const {
   std::size_t met = 0;
-  for (const Sink& sink : impl_->sinks) met += sink.tester.met().count;
+  for (const LeafPairTester<Bounds>& sink : impl_->sinks) met += sink.tester.met().count;
   return met <= NarrowPhaseInput::kMostMet;
 }
 
 template <class Bounds>
 bool NarrowPhase<Bounds>::met_kept() const {
-  for (const Sink& sink : impl_->sinks) {
+  for (const LeafPairTester<Bounds>& sink : impl_->sinks) {
     if (sink.tester.met().rested) return true;
   }
   return false;
@@ -259,11 +86,11 @@ void NarrowPhase<Bounds>::test_met() {
   std::vector<std::size_t>& begin = impl_->met_begin;
   met.clear();
   begin.assign(1, 0);
-  for (const Sink& sink : impl_->sinks) {
+  for (const LeafPairTester<Bounds>& sink : impl_->sinks) {
     met.push_back(&sink.tester.met());
     begin.push_back(begin.back() + met.back()->pairs.size());
   }
-  Sink& here = impl_->local_sink();
+  LeafPairTester<Bounds>& here = impl_->local_sink();
   for (const MetPairs* of_thread : met) {
     const RestAnswer& kept = of_thread->kept;
     here.keep(kept.triangle_pairs, kept.tally, kept.contacts);
@@ -284,7 +111,7 @@ void NarrowPhase<Bounds>::test_met() {
 template <class Bounds>
 void NarrowPhase<Bounds>::flush() {
   tbb::parallel_for(impl_->sinks.range(1), [](const auto& range) {
-    for (Sink& sink : range) sink.tester.flush();
+    for (LeafPairTester<Bounds>& sink : range) sink.tester.flush();
   });
 }
 
@@ -301,7 +128,7 @@ StageClock& NarrowPhase<Bounds>::clock() {
 template <class Bounds>
 StageSeconds NarrowPhase<Bounds>::take_times() {
   StageSeconds sum{};
-  for (Sink& sink : impl_->sinks) {
+  for (LeafPairTester<Bounds>& sink : impl_->sinks) {
     const StageSeconds of_thread = sink.tester.clock().take();
     for (std::size_t stage = 0; stage < sum.size(); ++stage) sum[stage] += of_thread[stage];
   }
@@ -344,7 +171,7 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
   std::vector<std::span<const Contact>>& lists = impl_->found;
   lists.clear();
   std::size_t found = 0;
-  for (Sink& sink : impl_->sinks) {
+  for (LeafPairTester<Bounds>& sink : impl_->sinks) {
     sum.add(sink.tester.output());
     lists.emplace_back(sink.tester.contacts());
     found += lists.back().size();
@@ -380,7 +207,7 @@ double NarrowPhase<Bounds>::earliest_in(std::uint32_t world) const {
 
 template <class Bounds>
 void NarrowPhase<Bounds>::release() noexcept {
-  for (Sink& sink : impl_->sinks) sink.tester.release();
+  for (LeafPairTester<Bounds>& sink : impl_->sinks) sink.tester.release();
   std::vector<std::size_t>().swap(impl_->buckets);
 }
 
@@ -389,7 +216,7 @@ std::size_t NarrowPhase<Bounds>::memory_bytes() const {
   std::size_t bytes =
       sizeof(Impl) + impl_->shared.earliest.memory_bytes() +
       held_bytes(impl_->met, impl_->met_begin, impl_->orphans_begin, impl_->found, impl_->buckets);
-  for (const Sink& sink : impl_->sinks) bytes += sink.memory_bytes();
+  for (const LeafPairTester<Bounds>& sink : impl_->sinks) bytes += sink.memory_bytes();
   return bytes;
 }
 

@@ -126,7 +126,6 @@ class NarrowPhase final : public LeafPairSinks {
   std::size_t memory_bytes() const;
 
  private:
-  class Sink;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -50,11 +50,11 @@ class PairTester {
   void vertex_half_space(std::uint32_t v, const VertexMotion& vertex, const HalfSpaceMotion& half_space,
                          std::uint32_t body, double thickness);
 
-  /// The leaves looked at next are of these bodies.
-  void begin_leaves(std::uint32_t body_a, std::uint32_t body_b) {
-    world_ = input_->worlds.place(body_a, body_b);
+  /// The leaves looked at next are of these parts.
+  void begin_leaves(PartId part_a, PartId part_b) {
+    world_ = input_->worlds.place(body_of_part(part_a), body_of_part(part_b));
     turning_ = input_->arcs.any() &&
-               (input_->arcs.of_part(body_a) != nullptr || input_->arcs.of_part(body_b) != nullptr);
+               (input_->arcs.of_part(part_a) != nullptr || input_->arcs.of_part(part_b) != nullptr);
   }
   /// Their contacts after this time are not needed (Report::kEarliest); rounded up, 1 or more if all are. On
   /// arcs they all are: their times may be earlier than those of their lines' bounds, by the tolerance.

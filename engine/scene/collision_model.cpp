@@ -11,8 +11,8 @@
 namespace warmfront {
 namespace {
 
-std::uint64_t key(std::uint32_t p, std::uint32_t q) {
-  return std::uint64_t{std::min(p, q)} << 32 | std::max(p, q);
+std::uint64_t key(PartId p, PartId q) {
+  return std::uint64_t{number_of(std::min(p, q))} << 32 | number_of(std::max(p, q));
 }
 
 }  // namespace
@@ -32,28 +32,26 @@ CollisionModel::CollisionModel(const Scene& scene, StopSignal stop) {
     const bool gone = body.kind == BodyKind::kRemoved;
     Set set{body.group, body.mask, body.kind != BodyKind::kStatic};
     set.put_in(body.world);
-    if (body.half_space && !gone) {
-      const auto part = static_cast<std::uint32_t>(sets_.size());
-      half_spaces_.push_back({part, set, *body.half_space, body.thickness});
-    }
-    if (body.screw && !gone) screws_.push_back(static_cast<std::uint32_t>(sets_.size()));
+    const PartId part{static_cast<std::uint32_t>(sets_.size())};
+    if (body.half_space && !gone) half_spaces_.push_back({part, set, *body.half_space, body.thickness});
+    if (body.screw && !gone) screws_.push_back(part);
     sets_.push_back(gone || body.half_space ? Set{} : set);
     self_.push_back(body.kind == BodyKind::kDeformable && body.self_collision ? 1 : 0);
   }
   excluded_.reserve(scene.excluded_pairs().size());
   for (const auto& [a, b] : scene.excluded_pairs()) {
     paced.check();
-    excluded_.insert(key(a, b));
+    excluded_.insert(key(part_of_body(a), part_of_body(b)));
   }
 }
 
-bool CollisionModel::is_excluded(std::uint32_t p, std::uint32_t q) const {
+bool CollisionModel::is_excluded(PartId p, PartId q) const {
   return !excluded_.empty() && excluded_.contains(key(p, q));
 }
 
-bool CollisionModel::may_meet(std::uint32_t p, std::uint32_t q) const {
-  if (p == q) return self_[p] != 0;
-  return sets_[p].may_meet(sets_[q]) && !is_excluded(p, q);
+bool CollisionModel::may_meet(PartId p, PartId q) const {
+  if (p == q) return self_collision(p);
+  return set_of(p).may_meet(set_of(q)) && !is_excluded(p, q);
 }
 
 std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
@@ -64,11 +62,11 @@ std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
   std::unordered_map<std::uint32_t, Classes> of_world;
   std::uint64_t alive = 0;
   std::uint64_t kept = 0;
-  for (std::uint32_t p = 0; p < part_count(); ++p) {
+  for (PartId p{0}; p < end_part(); ++p) {
     if (is_removed(p)) continue;
     ++alive;
-    kept += self_[p];
-    const Set& set = sets_[p];
+    kept += self_collision(p) ? 1 : 0;
+    const Set& set = set_of(p);
     const auto keep_with = [&](const Classes& classes) {
       for (const auto& [other, count] : classes) {
         paced.check();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/scene.h"
+#include "engine/scene/part_id.h"
 
 namespace warmfront {
 
@@ -55,16 +56,17 @@ class CollisionModel {
   };
 
   std::uint32_t part_count() const { return static_cast<std::uint32_t>(sets_.size()); }
+  PartId end_part() const { return PartId{part_count()}; }  ///< after the last
   /// Of one part; a removed part is empty and meets nothing.
-  const Set& set_of(std::uint32_t part) const { return sets_[part]; }
-  bool is_static(std::uint32_t part) const { return !sets_[part].moving; }
-  bool is_removed(std::uint32_t part) const { return sets_[part].groups == 0; }
-  bool self_collision(std::uint32_t part) const { return self_[part] != 0; }
+  const Set& set_of(PartId part) const { return sets_[number_of(part)]; }
+  bool is_static(PartId part) const { return !sets_[number_of(part)].moving; }
+  bool is_removed(PartId part) const { return sets_[number_of(part)].groups == 0; }
+  bool self_collision(PartId part) const { return self_[number_of(part)] != 0; }
   /// 0: in all of them.
-  std::uint32_t world_of(std::uint32_t part) const { return sets_[part].last_world; }
+  std::uint32_t world_of(PartId part) const { return sets_[number_of(part)].last_world; }
   /// A part that is a half-space: without a mesh, and to the hierarchies as one that is removed.
   struct HalfSpaceOf {
-    std::uint32_t part;
+    PartId part;
     Set set;
     HalfSpace at_rest;     ///< at the identity pose
     double thickness = 0;  ///< scene units
@@ -72,22 +74,22 @@ class CollisionModel {
   /// By part, of those that are not removed.
   std::span<const HalfSpaceOf> half_spaces() const { return half_spaces_; }
   /// The parts that move along the screw between two poses, in order.
-  std::span<const std::uint32_t> screws() const { return screws_; }
+  std::span<const PartId> screws() const { return screws_; }
   /// Are the vertices of a part tested against the half-space?
-  bool may_meet(const HalfSpaceOf& half_space, std::uint32_t part) const {
-    return sets_[part].may_meet(half_space.set) && !is_excluded(half_space.part, part);
+  bool may_meet(const HalfSpaceOf& half_space, PartId part) const {
+    return sets_[number_of(part)].may_meet(half_space.set) && !is_excluded(half_space.part, part);
   }
   /// Are two parts tested against each other (p != q), or a part against itself (p == q)?
-  bool may_meet(std::uint32_t p, std::uint32_t q) const;
+  bool may_meet(PartId p, PartId q) const;
   /// Number of pairs of parts that the model excludes, including a part with itself.
   std::uint64_t excluded_pairs(StopSignal stop = {}) const;
   std::size_t memory_bytes() const;
 
  private:
-  bool is_excluded(std::uint32_t p, std::uint32_t q) const;
+  bool is_excluded(PartId p, PartId q) const;
 
   std::vector<HalfSpaceOf> half_spaces_;
-  std::vector<std::uint32_t> screws_;
+  std::vector<PartId> screws_;
   std::vector<Set> sets_;
   std::vector<std::uint8_t> self_;
   std::unordered_set<std::uint64_t> excluded_;  // smaller number in the upper half

@@ -25,7 +25,7 @@ Thickness::Thickness(const Scene& given, std::span<const FeatureRange> parts, co
     for (std::uint32_t v = part.first_vertex; v < part.end_vertex; ++v) {
       paced.check();
       most = std::max(most, of_vertex_[v]);
-      part_of_vertex_.push_back(static_cast<std::uint32_t>(of_part_.size()));
+      part_of_vertex_.push_back(PartId{static_cast<std::uint32_t>(of_part_.size())});
     }
     of_part_.push_back(most);
     most_ = std::max(most_, most);

@@ -12,6 +12,7 @@
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
+#include "engine/scene/part_id.h"
 #include "engine/scene/renumbering.h"
 #include "engine/stop.h"
 
@@ -36,12 +37,12 @@ class Thickness {
     return most;
   }
   /// The thickest vertex of a part; a half-space's own thickness.
-  double of_part(std::uint32_t part) const { return of_part_[part]; }
+  double of_part(PartId part) const { return of_part_[number_of(part)]; }
   /// The part that a vertex is in.
-  std::uint32_t part_around(std::uint32_t vertex) const { return part_of_vertex_[vertex]; }
+  PartId part_around(std::uint32_t vertex) const { return part_of_vertex_[vertex]; }
   /// At least separation_of() of any two features of two parts, by so much that the cascade's own rounding of
   /// a sum of their thickness is less.
-  double between(double asked, std::uint32_t part_a, std::uint32_t part_b) const;
+  double between(double asked, PartId part_a, PartId part_b) const;
   /// The thickest of all.
   double most() const { return most_; }
 
@@ -55,7 +56,7 @@ class Thickness {
 
  private:
   std::vector<double> of_vertex_;
-  std::vector<std::uint32_t> part_of_vertex_;
+  std::vector<PartId> part_of_vertex_;
   std::vector<double> of_part_;
   double most_ = 0;
   std::uint64_t built_sum_ = 0;
@@ -80,9 +81,9 @@ inline double beyond_thickness(double distance, double thickness_a, double thick
   return std::max(0.0, (distance - thickness * (1 + 0x1p-51)) * (1 - 0x1p-51));
 }
 
-inline double Thickness::between(double asked, std::uint32_t part_a, std::uint32_t part_b) const {
+inline double Thickness::between(double asked, PartId part_a, PartId part_b) const {
   if (!any()) return asked;
-  return separation_of(asked, of_part_[part_a], of_part_[part_b]) * (1 + 0x1p-40);
+  return separation_of(asked, of_part_[number_of(part_a)], of_part_[number_of(part_b)]) * (1 + 0x1p-40);
 }
 
 }  // namespace warmfront

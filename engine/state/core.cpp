@@ -64,14 +64,14 @@ Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool ext
   orphans.resize(topology->parts.size());
   parts.orphans.resize(topology->parts.size());
   for (std::uint32_t p = 0; p < parts.orphans.size(); ++p) {
-    const bool needed = parts.model.self_collision(p);
+    const bool needed = parts.model.self_collision(PartId{p});
     if (needed == (orphans[p] != nullptr)) continue;
     stop.check();
     if (!needed) {
       parts.orphans_sum -= orphans_checksum(topology->parts[p], p, stop);
       continue;
     }
-    topology->need_adjacent(p, stop);
+    topology->need_adjacent(PartId{p}, stop);
     parts.orphans_sum += orphans_checksum(topology->parts[p], p, stop);
     parts.orphans[p] = std::make_unique<OrphanBlocks>(topology->scene, topology->parts[p].orphans);
   }
@@ -89,7 +89,7 @@ PairFilter Core::make_filter(const PairFilters& filters, const CollisionModel& o
   if (!filters.any()) return {};
   std::vector<FeatureRange> themselves;
   for (std::uint32_t p = 0; p < ranges.size(); ++p) {
-    if (of_parts.self_collision(p)) themselves.push_back(ranges[p]);
+    if (of_parts.self_collision(PartId{p})) themselves.push_back(ranges[p]);
   }
   PairFilter filter(filters, themselves, numbering, renumbered, stop);
   filter.set_built_sum(filter_checksum(filter, stop));
@@ -111,7 +111,7 @@ void Core::take(Parts parts) noexcept {
   rigid_parts.take(model);
   excluded_pairs = parts.excluded_pairs;
   for (std::uint32_t p = 0; p < orphans.size(); ++p) {
-    if (!model.self_collision(p)) {
+    if (!model.self_collision(PartId{p})) {
       orphans[p].reset();
     } else if (orphans[p] == nullptr) {
       orphans[p] = std::move(parts.orphans[p]);

@@ -70,9 +70,7 @@ struct Core {
                                   const Renumbering& numbering, StopSignal stop);
 
   /// Is the part one of those that are near themselves? Such a part neither waits nor moves by poses.
-  bool tests_itself(std::uint32_t part) const {
-    return model.self_collision(part) && !rigid_parts.rigid(part);
-  }
+  bool tests_itself(PartId part) const { return model.self_collision(part) && !rigid_parts.rigid(part); }
 
   /// Bytes held, the scene included.
   std::size_t memory_bytes() const;

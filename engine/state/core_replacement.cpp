@@ -18,9 +18,10 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedB
       topology_(*core.topology, new_parts_, replaced.face_rank, stop) {
   changes_.reserve(topology_.part_count());
   for (std::uint32_t p = 0; p < topology_.part_count(); ++p)
-    changes_.push_back(topology_.is_new(p)
-                           ? PartChange{.is_new = true, .keeps_hierarchy = topology_.keeps_hierarchy(p)}
-                           : PartChange{.shift = topology_.shift(p)});
+    changes_.push_back(
+        topology_.is_new(PartId{p})
+            ? PartChange{.is_new = true, .keeps_hierarchy = topology_.keeps_hierarchy(PartId{p})}
+            : PartChange{.shift = topology_.shift(PartId{p})});
   for (const ReplacedBodies::Piece& piece : replaced.pieces)
     changes_[piece.body].keeps_vertices = piece.keeps_vertices();
   make_motion(scene, replaced, stop);
@@ -34,7 +35,7 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedB
   thickness_ = Core::make_thickness(scene, ranges, topology_.numbering(), stop);
   make_orphans(stop);
   for (std::uint32_t p = 0; p < topology_.part_count(); ++p) {
-    if (topology_.is_new(p)) continue;
+    if (topology_.is_new(PartId{p})) continue;
     const FeatureRange& from = core.topology->parts[p].features;
     vertex_runs_.push_back({from.first_vertex, from.end_vertex - from.first_vertex,
                             topology_.ranges()[p].features.first_vertex});
@@ -56,7 +57,7 @@ std::vector<TopologyReplacement::NewPart> CoreReplacement::new_parts(
   for (const ReplacedBodies::Piece& piece : replaced.pieces) {
     TopologyReplacement::NewPart& part = parts.emplace_back();
     part.piece = &piece;
-    part.tests_itself = model_.self_collision(piece.body);
+    part.tests_itself = model_.self_collision(part_of_body(piece.body));
     if (!piece.keeps_vertices()) {
       part.positions = positions[piece.positions_of];
       continue;
@@ -72,7 +73,7 @@ std::vector<TopologyReplacement::NewPart> CoreReplacement::new_parts(
       paced.check();
       const std::uint32_t given = number_of(core_.topology->numbering.given(NewVertex{v}));
       part.given_vertices.push_back(GivenVertex{given - features.first_vertex});
-      const VertexMotion vertex = core_.motion.vertex(piece.body, v - features.first_vertex);
+      const VertexMotion vertex = core_.motion.vertex(part_of_body(piece.body), v - features.first_vertex);
       std::copy_n(vertex.t1.begin(), 3,
                   gathered.begin() + std::ptrdiff_t{3} * (given - features.first_vertex));
     }
@@ -96,7 +97,7 @@ void CoreReplacement::make_motion(const Scene& scene, const ReplacedBodies& repl
     const std::uint32_t p = from.piece->body;
     std::vector<double>& in_order = ordered.emplace_back();
     in_order.reserve(from.positions.size());
-    for (const GivenVertex v : topology_.numbering_of(p).given_vertices()) {
+    for (const GivenVertex v : topology_.numbering_of(PartId{p}).given_vertices()) {
       paced.check();
       const auto x = from.positions.subspan(std::size_t{3} * number_of(v), 3);
       in_order.insert(in_order.end(), x.begin(), x.end());
@@ -113,18 +114,18 @@ void CoreReplacement::make_orphans(StopSignal stop) {
   orphans_.resize(topology_.part_count());
   orphans_sum_ = core_.orphans_sum;
   for (std::uint32_t p = 0; p < topology_.part_count(); ++p) {
-    const bool needed = model_.self_collision(p);
+    const bool needed = model_.self_collision(PartId{p});
     const bool had = p < core_.orphans.size() && core_.orphans[p] != nullptr;
-    if (!topology_.is_new(p) && needed == had) continue;
+    if (!topology_.is_new(PartId{p}) && needed == had) continue;
     stop.check();
     if (had) orphans_sum_ -= orphans_checksum(topology.parts[p], p, stop);
     if (!needed) continue;
-    if (topology_.is_new(p)) {
-      orphans_sum_ += topology_.orphans_sum(p, stop);
-      orphans_[p] =
-          std::make_unique<OrphanBlocks>(topology.scene, topology.parts[p].orphans, topology_.orphans(p));
+    if (topology_.is_new(PartId{p})) {
+      orphans_sum_ += topology_.orphans_sum(PartId{p}, stop);
+      orphans_[p] = std::make_unique<OrphanBlocks>(topology.scene, topology.parts[p].orphans,
+                                                   topology_.orphans(PartId{p}));
     } else {
-      topology.need_adjacent(p, stop);
+      topology.need_adjacent(PartId{p}, stop);
       orphans_sum_ += orphans_checksum(topology.parts[p], p, stop);
       orphans_[p] = std::make_unique<OrphanBlocks>(topology.scene, topology.parts[p].orphans);
     }
@@ -140,9 +141,9 @@ void CoreReplacement::take(const Scene& scene) noexcept {
   for (std::uint32_t p = 0; p < changes_.size(); ++p) {
     if (!changes_[p].is_new) continue;
     if (changes_[p].keeps_vertices)
-      core_.rigid_parts.forget_elements(p);
+      core_.rigid_parts.forget_elements(PartId{p});
     else
-      core_.rigid_parts.forget(p);
+      core_.rigid_parts.forget(PartId{p});
     core_.orphans[p].reset();
   }
   core_.take({std::move(model_), std::move(filter_), std::move(thickness_), std::move(worlds_),

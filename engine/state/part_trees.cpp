@@ -53,7 +53,7 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
   };
   std::vector<std::uint32_t> forgotten;
   for (std::uint32_t p = 0; some_forgotten_ && p < first; ++p) {
-    if (trees_[p].order.empty() && !parts[p].order.empty() && !core.model.is_removed(p))
+    if (trees_[p].order.empty() && !parts[p].order.empty() && !core.model.is_removed(PartId{p}))
       forgotten.push_back(p);
   }
   tbb::parallel_for(std::size_t{0}, forgotten.size(), [&](std::size_t i) { arrange(forgotten[i]); });
@@ -65,37 +65,37 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
 }
 
 template <class Bounds>
-HeldOrder PartTrees<Bounds>::hierarchy_of(const Core& core, std::uint32_t part) const {
-  if (part >= trees_.size() || trees_[part].order.empty()) {
-    const PartTopology& topology = core.topology->parts[part];
+HeldOrder PartTrees<Bounds>::hierarchy_of(const Core& core, PartId part) const {
+  if (number_of(part) >= trees_.size() || trees_[number_of(part)].order.empty()) {
+    const PartTopology& topology = core.topology->parts[number_of(part)];
     return {topology.shape, topology.order, topology.shared};
   }
-  const Bvh<Bounds>& tree = trees_[part];
-  const bool known = refit_in_[part] != kNever && tree.built_looseness > 0;
+  const Bvh<Bounds>& tree = trees_[number_of(part)];
+  const bool known = refit_in_[number_of(part)] != kNever && tree.built_looseness > 0;
   if (known && looseness(tree) > kLoosenessLimit * tree.built_looseness) return {};
   return {tree.shape, tree.order, tree.leaves.shared};
 }
 
 template <class Bounds>
-void PartTrees<Bounds>::forget(std::uint32_t part, bool keeps_hierarchy) noexcept {
-  if (part >= trees_.size()) return;
-  const double built_looseness = keeps_hierarchy ? trees_[part].built_looseness : 0;
-  trees_[part] = {};
-  trees_[part].built_looseness = built_looseness;
-  refit_in_[part] = kNever;
-  bases_[part] = {};
-  states_[part] = 0;
+void PartTrees<Bounds>::forget(PartId part, bool keeps_hierarchy) noexcept {
+  if (number_of(part) >= trees_.size()) return;
+  const double built_looseness = keeps_hierarchy ? trees_[number_of(part)].built_looseness : 0;
+  trees_[number_of(part)] = {};
+  trees_[number_of(part)].built_looseness = built_looseness;
+  refit_in_[number_of(part)] = kNever;
+  bases_[number_of(part)] = {};
+  states_[number_of(part)] = 0;
   some_forgotten_ = true;
 }
 
 template <class Bounds>
-std::span<const std::uint32_t> PartTrees<Bounds>::rearrange_loose(const Core& core, StopSignal stop) {
+std::span<const PartId> PartTrees<Bounds>::rearrange_loose(const Core& core, StopSignal stop) {
   rearranged_.clear();
   if (step_ % kLoosenessSteps != 0) return {};
   for (std::uint32_t p = 0; p < trees_.size(); ++p) {
     Bvh<Bounds>& tree = trees_[p];
     const bool known = refit_in_[p] == step_ - 1 && tree.built_looseness > 0;
-    if (!known || core.model.is_removed(p) || (core.motion.state(p) & kMoving) == 0) continue;
+    if (!known || core.model.is_removed(PartId{p}) || (core.motion.state(PartId{p}) & kMoving) == 0) continue;
     if (!(looseness(tree) > kLoosenessLimit * tree.built_looseness)) continue;  // or is not a number
     const Scene& scene = core.topology->scene;
     std::vector<Primitive> order = build_order(scene, core.motion.vertices(), tree.shape, tree.order, stop);
@@ -104,7 +104,7 @@ std::span<const std::uint32_t> PartTrees<Bounds>::rearrange_loose(const Core& co
     tree.patches = patches_of(core, tree, stop);
     refit_in_[p] = kNever;
     bases_[p] = {};
-    rearranged_.push_back(p);
+    rearranged_.push_back(PartId{p});
   }
   return rearranged_;
 }
@@ -118,9 +118,9 @@ bool PartTrees<Bounds>::take_magnitude(double magnitude) {
 
 // Bounds of a part's vertices: of all, or of those that changed.
 template <class Bounds>
-void PartTrees<Bounds>::bound_vertices(Core& core, std::uint32_t part, Known known, StopSignal stop) {
+void PartTrees<Bounds>::bound_vertices(Core& core, PartId part, Known known, StopSignal stop) {
   const Motion& motion = core.motion.vertices();
-  const FeatureRange& features = core.topology->parts[part].features;
+  const FeatureRange& features = core.topology->parts[number_of(part)].features;
   const RangeMotion& range = core.motion.range(part);
   const auto bound = [&](std::size_t begin, std::size_t end) {
     point_bounds(motion.vertices().subspan(begin, end - begin), motion.states().subspan(begin, end - begin),
@@ -136,32 +136,33 @@ void PartTrees<Bounds>::bound_vertices(Core& core, std::uint32_t part, Known kno
 }
 
 template <class Bounds>
-Refit<Bounds> PartTrees<Bounds>::begin_refit(Core& core, std::uint32_t part, StopSignal stop) {
-  const Known known = refit_in_[part] == kNever     ? Known::kNothing
-                      : refit_in_[part] < step_ - 1 ? Known::kOlder
-                      : from_ == From::kEnd         ? Known::kLastStep
-                                                    : Known::kLastTrial;
-  refit_in_[part] = step_;
+Refit<Bounds> PartTrees<Bounds>::begin_refit(Core& core, PartId part, StopSignal stop) {
+  const Known known = refit_in_[number_of(part)] == kNever     ? Known::kNothing
+                      : refit_in_[number_of(part)] < step_ - 1 ? Known::kOlder
+                      : from_ == From::kEnd                    ? Known::kLastStep
+                                                               : Known::kLastTrial;
+  refit_in_[number_of(part)] = step_;
   take_base(part);
   bound_vertices(core, part, known, stop);
   return {{core.topology->scene, core.vertex_bounds, core.motion.vertices().states(), core.motion.range(part),
            magnitude_, known, stop},
-          trees_[part]};
+          trees_[number_of(part)]};
 }
 
 template <class Bounds>
-void PartTrees<Bounds>::finish_refit(std::uint32_t part, const Refit<Bounds>& refit) {
+void PartTrees<Bounds>::finish_refit(PartId part, const Refit<Bounds>& refit) {
   const std::size_t changed = refit.finish();
   refit_nodes_ += changed;
-  bases_[part].left |= changed > 0;
-  states_[part] = trees_[part].motion.states.empty() ? 0 : trees_[part].motion.states[0];
+  bases_[number_of(part)].left |= changed > 0;
+  states_[number_of(part)] =
+      trees_[number_of(part)].motion.states.empty() ? 0 : trees_[number_of(part)].motion.states[0];
 }
 
 // Puts a part's travel back to that of the base where it left it, or makes it the base's.
 template <class Bounds>
-void PartTrees<Bounds>::take_base(std::uint32_t part) {
-  Bvh<Bounds>& tree = trees_[part];
-  Base& base = bases_[part];
+void PartTrees<Bounds>::take_base(PartId part) {
+  Bvh<Bounds>& tree = trees_[number_of(part)];
+  Base& base = bases_[number_of(part)];
   if (from_ == From::kStart && base.of == base_) {
     return_to_base(part);
   } else if (trial_) {
@@ -173,16 +174,16 @@ void PartTrees<Bounds>::take_base(std::uint32_t part) {
 }
 
 template <class Bounds>
-void PartTrees<Bounds>::return_to_base(std::uint32_t part) {
-  if (bases_[part].of != base_ || !std::exchange(bases_[part].left, false)) return;
-  TreeTravel& travel = trees_[part].travel;
+void PartTrees<Bounds>::return_to_base(PartId part) {
+  if (bases_[number_of(part)].of != base_ || !std::exchange(bases_[number_of(part)].left, false)) return;
+  TreeTravel& travel = trees_[number_of(part)].travel;
   std::ranges::copy(travel.base_nodes, travel.nodes.begin());
   std::ranges::copy(travel.base_blocks, travel.blocks.begin());
 }
 
 template <class Bounds>
 void PartTrees<Bounds>::return_to_base() {
-  for (std::uint32_t p = 0; p < trees_.size(); ++p) return_to_base(p);
+  for (std::uint32_t p = 0; p < trees_.size(); ++p) return_to_base(PartId{p});
 }
 
 template <class Bounds>
@@ -209,10 +210,10 @@ void PartTrees<Bounds>::shorten(const Core& core, double fraction, bool beside) 
     }
   };
   for (std::uint32_t p = 0; p < trees_.size(); ++p) {
-    if (waits(p) || (states_[p] & kMoving) == 0) continue;
+    if (waits(PartId{p}) || (states_[p] & kMoving) == 0) continue;
     Bvh<Bounds>& tree = trees_[p];
     // Half of a diagonal's displacement counts, which is no more than its length.
-    const double most = core.motion.vertices().frame().to_local(core.arcs.most_of(p));
+    const double most = core.motion.vertices().frame().to_local(core.arcs.most_of(PartId{p}));
     const std::uint32_t arc =
         most > 0 ? travel::units(static_cast<float>(most * (1 + 0x1p-20))) : std::uint32_t{0};
     shorten_all(tree.travel.base_nodes, tree.travel.nodes, tree.travel.slack, arc);
@@ -224,7 +225,8 @@ void PartTrees<Bounds>::shorten(const Core& core, double fraction, bool beside) 
 template <class Bounds>
 void PartTrees<Bounds>::bound_vertices(Core& core, StopSignal stop) {
   for (std::uint32_t p = 0; p < trees_.size(); ++p) {
-    if (!waits(p) && core.motion.range(p).any != 0) bound_vertices(core, p, Known::kLastTrial, stop);
+    if (!waits(PartId{p}) && core.motion.range(PartId{p}).any != 0)
+      bound_vertices(core, PartId{p}, Known::kLastTrial, stop);
   }
 }
 
@@ -239,23 +241,23 @@ void PartTrees<Bounds>::forget_bounds_of_moved() {
 }
 
 template <class Bounds>
-bool PartTrees<Bounds>::wait(Core& core, std::uint32_t part, ApartParts* apart, bool rebuild) {
+bool PartTrees<Bounds>::wait(Core& core, PartId part, ApartParts* apart, bool rebuild) {
   const SceneMotion& motion = core.motion;
   const auto root = [&](const auto&... what) {
     return narrow<Bounds>(
         moving_bounds(what..., motion.vertices().frame(), held_separation(core, part), magnitude_));
   };
   if (core.model.is_removed(part)) {
-    states_[part] = 0;
-    roots_[part] = Bounds::empty();
-    trees_[part] = {};
+    states_[number_of(part)] = 0;
+    roots_[number_of(part)] = Bounds::empty();
+    trees_[number_of(part)] = {};
   } else if (apart != nullptr && apart->small(motion, part) && !core.tests_itself(part)) {
-    states_[part] = motion.state(part) | unseen(part);
-    if (states_[part] != 0 || rebuild) roots_[part] = root(apart->points(motion, part));
+    states_[number_of(part)] = motion.state(part) | unseen(part);
+    if (states_[number_of(part)] != 0 || rebuild) roots_[number_of(part)] = root(apart->points(motion, part));
   } else if (motion.unplaced(part)) {
-    states_[part] = motion.state(part) | unseen(part);
+    states_[number_of(part)] = motion.state(part) | unseen(part);
     const SceneMotion::Ball ball = motion.ball(part);
-    roots_[part] = root(ball.centre, ball.radius);
+    roots_[number_of(part)] = root(ball.centre, ball.radius);
   } else {
     return false;
   }
@@ -263,13 +265,13 @@ bool PartTrees<Bounds>::wait(Core& core, std::uint32_t part, ApartParts* apart, 
 }
 
 template <class Bounds>
-std::span<const std::uint32_t> PartTrees<Bounds>::waiting(std::span<const NearPair> near, StopSignal stop) {
+std::span<const PartId> PartTrees<Bounds>::waiting(std::span<const NearPair> near, StopSignal stop) {
   late_.clear();
   PacedStop paced(stop);
   for (const NearPair& pair : near) {
     paced.check();
-    for (const std::uint32_t p : {pair.parts.a, pair.parts.b}) {
-      if (waits(p)) late_.push_back(p);
+    for (const PartId part : {pair.parts.a, pair.parts.b}) {
+      if (waits(part)) late_.push_back(part);
     }
   }
   std::ranges::sort(late_);
@@ -280,14 +282,14 @@ std::span<const std::uint32_t> PartTrees<Bounds>::waiting(std::span<const NearPa
 template <class Bounds>
 void PartTrees<Bounds>::leave_waiting() {
   for (std::uint32_t p = 0; p < states_.size(); ++p) {
-    if (waits(p) && states_[p] != 0) refit_in_[p] = kNever;
+    if (waits(PartId{p}) && states_[p] != 0) refit_in_[p] = kNever;
   }
 }
 
 template <class Bounds>
 void PartTrees<Bounds>::take_looseness() {
   for (std::uint32_t p = 0; p < trees_.size(); ++p) {
-    if (trees_[p].built_looseness == 0 && !trees_[p].nodes.empty() && !waits(p))
+    if (trees_[p].built_looseness == 0 && !trees_[p].nodes.empty() && !waits(PartId{p}))
       trees_[p].built_looseness = looseness(trees_[p]);
   }
 }

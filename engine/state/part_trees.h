@@ -48,10 +48,10 @@ class PartTrees {
   void make_room_to_forget() { unseen_.reserve(states_.size()); }
   /// After forget_bounds_of_moved(): the same of a part that a motion moved, or stopped, which no question
   /// looked at.
-  void forget_bounds(std::uint32_t part) {
-    if (part >= unseen_.size()) return;  // no question has begun since it was added
-    refit_in_[part] = kNever;
-    unseen_[part] = kChanged;
+  void forget_bounds(PartId part) {
+    if (number_of(part) >= unseen_.size()) return;  // no question has begun since it was added
+    refit_in_[number_of(part)] = kNever;
+    unseen_[number_of(part)] = kChanged;
   }
   /// Travel is that of where the next motion begins: what a trial added to it is taken back.
   void return_to_base();
@@ -65,7 +65,7 @@ class PartTrees {
   std::size_t arrange_new(const Core& core, bool rebuild, StopSignal stop);
   /// Gives parts that move and whose hierarchies had decayed by the last step new ones. Returns these parts,
   /// until the next call.
-  std::span<const std::uint32_t> rearrange_loose(const Core& core, StopSignal stop);
+  std::span<const PartId> rearrange_loose(const Core& core, StopSignal stop);
   /// Takes the magnitude that this step's bounds are made with. Returns whether it is another one: then all
   /// bounds are made anew.
   bool take_magnitude(double magnitude);
@@ -76,23 +76,23 @@ class PartTrees {
   /// only its pose is known of, or one that `apart` (which may be null) looks at and that is not tested
   /// against itself. Returns false for any other part: it is to be refit now. `rebuild`: the roots of what is
   /// stationary are computed, too. Thread-safe for different parts.
-  bool wait(Core& core, std::uint32_t part, ApartParts* apart, bool rebuild);
+  bool wait(Core& core, PartId part, ApartParts* apart, bool rebuild);
   /// Begins and finishes the refit of a part; between them its subtrees are refit. Thread-safe for different
   /// parts.
-  Refit<Bounds> begin_refit(Core& core, std::uint32_t part, StopSignal stop);
-  void finish_refit(std::uint32_t part, const Refit<Bounds>& refit);
+  Refit<Bounds> begin_refit(Core& core, PartId part, StopSignal stop);
+  void finish_refit(PartId part, const Refit<Bounds>& refit);
   /// The part's root is that of its hierarchy, which was refit.
-  void take_root(const Core& core, std::uint32_t part) {
-    if (trees_[part].nodes.empty()) return;
-    roots_[part] =
-        thickened(trees_[part].nodes[0], core.motion.vertices().frame(), held_separation(core, part));
+  void take_root(const Core& core, PartId part) {
+    if (trees_[number_of(part)].nodes.empty()) return;
+    roots_[number_of(part)] = thickened(trees_[number_of(part)].nodes[0], core.motion.vertices().frame(),
+                                        held_separation(core, part));
   }
   /// After all parts were refit, or wait.
   void all_placed() { unseen_.clear(); }
   /// Those of `near` that wait, sorted; valid until the next call. They are to be refit now; their roots stay
   /// those by which they were found near: a hierarchy's may be looser, and then others would seem to be near
   /// that were not looked at.
-  std::span<const std::uint32_t> waiting(std::span<const NearPair> near, StopSignal stop);
+  std::span<const PartId> waiting(std::span<const NearPair> near, StopSignal stop);
   /// After these were refit: what changed in parts that still wait is recomputed as a whole when it is
   /// needed.
   void leave_waiting();
@@ -101,12 +101,12 @@ class PartTrees {
 
   /// Of a part that is about to change: the hierarchy that it has, or would get in the next step; none where
   /// it has become so loose that another one is due.
-  HeldOrder hierarchy_of(const Core& core, std::uint32_t part) const;
+  HeldOrder hierarchy_of(const Core& core, PartId part) const;
   /// A part is another one now: the next step gives it a hierarchy, which, if it is that of what is left, is
   /// as loose as it was when that was built. Numbers of what a part is made of begin elsewhere now.
-  void forget(std::uint32_t part, bool keeps_hierarchy) noexcept;
-  void shift(std::uint32_t part, const NumberShift& by) noexcept {
-    if (part < trees_.size()) trees_[part].shift(by);
+  void forget(PartId part, bool keeps_hierarchy) noexcept;
+  void shift(PartId part, const NumberShift& by) noexcept {
+    if (number_of(part) < trees_.size()) trees_[number_of(part)].shift(by);
   }
 
   /// All bounds are made anew in the next step.
@@ -128,19 +128,19 @@ class PartTrees {
   // The step of bounds that are to be made anew as a whole.
   static constexpr std::int64_t kNever = -1;
 
-  double held_separation(const Core& core, std::uint32_t part) const {
+  double held_separation(const Core& core, PartId part) const {
     double held = held_separation_;
     if (core.thickness.any()) held += 2 * core.thickness.of_part(part);
     return held + 2 * core.arcs.most_of(part);
   }
-  void take_base(std::uint32_t part);
-  void return_to_base(std::uint32_t part);
-  MotionState unseen(std::uint32_t part) const {
-    return part < unseen_.size() ? unseen_[part] : MotionState{0};
+  void take_base(PartId part);
+  void return_to_base(PartId part);
+  MotionState unseen(PartId part) const {
+    return number_of(part) < unseen_.size() ? unseen_[number_of(part)] : MotionState{0};
   }
-  void bound_vertices(Core& core, std::uint32_t part, Known known, StopSignal stop);
+  void bound_vertices(Core& core, PartId part, Known known, StopSignal stop);
   // Is the part's hierarchy not of this step?
-  bool waits(std::uint32_t part) const { return refit_in_[part] != step_; }
+  bool waits(PartId part) const { return refit_in_[number_of(part)] != step_; }
 
   std::vector<Bvh<Bounds>> trees_;
   bool some_forgotten_ = false;  // parts have no hierarchy, and need one
@@ -148,8 +148,8 @@ class PartTrees {
   std::vector<MotionState> states_;
   std::vector<std::int64_t> refit_in_;
   std::vector<MotionState> unseen_;        // by part: what changed in questions that did not begin here
-  std::vector<std::uint32_t> late_;        // parts that waited
-  std::vector<std::uint32_t> rearranged_;  // as rearrange_loose() returned
+  std::vector<PartId> late_;               // parts that waited
+  std::vector<PartId> rearranged_;         // as rearrange_loose() returned
   // By part: the base whose travel its hierarchy keeps, and whether its own travel is another one.
   struct Base {
     std::int64_t of = kNever;

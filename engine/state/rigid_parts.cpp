@@ -105,7 +105,7 @@ RigidReference::Fit fit(const RigidReference& reference, std::span<const VertexM
 
 void RigidParts::take(const CollisionModel& model) noexcept {
   for (std::uint32_t p = 0; p < model.part_count(); ++p) {
-    if (!model.self_collision(p)) parts_[p] = {};
+    if (!model.self_collision(PartId{p})) parts_[p] = {};
   }
 }
 
@@ -172,12 +172,12 @@ void RigidParts::look(const Topology& topology, const SceneMotion& motion, const
   if (!options.find_rigid || !reports_by_distance(options)) return;
   tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
     stop.check();
-    if (model.self_collision(p))
-      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options,
-              thickness.between(options.min_separation, p, p), trial, stop);
+    if (model.self_collision(PartId{p}))
+      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(PartId{p}), options,
+              thickness.between(options.min_separation, PartId{p}, PartId{p}), trial, stop);
   });
   for (const Part& part : parts_) count_ += part.rigid ? 1 : 0;
-  const std::vector<std::uint32_t> parts = due(topology, motion);
+  const std::vector<PartId> parts = due(topology, motion);
   if (!parts.empty()) measure(parts, topology, workers, bodies_within, stop);
 }
 
@@ -187,25 +187,25 @@ void RigidParts::postpone(Part& part) {
   ++part.interruptions;
 }
 
-double RigidParts::wanted_clearance(std::uint32_t part) const {
-  return kLadder[parts_[part].rung] * parts_[part].edges.mean;
+double RigidParts::wanted_clearance(PartId part) const {
+  return kLadder[parts_[number_of(part)].rung] * parts_[number_of(part)].edges.mean;
 }
 
 // Of about one size: those of much longer edges would be measured by too short a length, and wait.
-std::vector<std::uint32_t> RigidParts::due(const Topology& topology, const SceneMotion& motion) const {
-  std::vector<std::uint32_t> due;
+std::vector<PartId> RigidParts::due(const Topology& topology, const SceneMotion& motion) const {
+  std::vector<PartId> due;
   double least = std::numeric_limits<double>::infinity();
   for (std::uint32_t p = 0; p < parts_.size(); ++p) {
     const Part& part = parts_[p];
-    const bool looked_at = part.wait == 0 && (motion.state(p) & kMoving) != 0;
+    const bool looked_at = part.wait == 0 && (motion.state(PartId{p}) & kMoving) != 0;
     if (!looked_at || part.fitted < kSteps || part.clearance) continue;
-    due.push_back(p);
-    least = std::min(least, wanted_clearance(p));
+    due.push_back(PartId{p});
+    least = std::min(least, wanted_clearance(PartId{p}));
   }
-  std::erase_if(due, [&](std::uint32_t p) { return wanted_clearance(p) > 4 * least; });
+  std::erase_if(due, [&](PartId p) { return wanted_clearance(p) > 4 * least; });
   std::size_t primitives = 0;
-  const auto enough = std::ranges::find_if(due, [&](std::uint32_t p) {
-    primitives += topology.parts[p].order.size();
+  const auto enough = std::ranges::find_if(due, [&](PartId p) {
+    primitives += topology.parts[number_of(p)].order.size();
     return primitives > kMeasuredAtOnce && p != due.front();
   });
   due.erase(enough, due.end());
@@ -213,16 +213,16 @@ std::vector<std::uint32_t> RigidParts::due(const Topology& topology, const Scene
 }
 
 // The references side by side, none tested against another.
-void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& topology,
+void RigidParts::measure(std::span<const PartId> parts, const Topology& topology,
                          const std::shared_ptr<Workers>& workers, BodiesWithin bodies_within,
                          StopSignal stop) {
-  for (const std::uint32_t p : parts) postpone(parts_[p]);  // in case this ends before its time
+  for (const PartId p : parts) postpone(parts_[number_of(p)]);  // in case this ends before its time
   double clearance = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t p : parts) clearance = std::min(clearance, wanted_clearance(p));
+  for (const PartId p : parts) clearance = std::min(clearance, wanted_clearance(p));
   SceneDescription description;
   std::vector<double> positions;
-  for (const std::uint32_t p : parts) {
-    const PartTopology& from = topology.parts[p];
+  for (const PartId p : parts) {
+    const PartTopology& from = topology.parts[number_of(p)];
     Body body;
     body.first_vertex = description.vertex_count;
     body.vertex_count = from.features.end_vertex - from.features.first_vertex;
@@ -239,7 +239,7 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& t
     }
     description.vertex_count += body.vertex_count;
     description.bodies.push_back(body);
-    const std::span<const double> reference = parts_[p].reference->positions();
+    const std::span<const double> reference = parts_[number_of(p)].reference->positions();
     positions.insert(positions.end(), reference.begin(), reference.end());
   }
   // A failure, of which there is none to expect but too many contacts, shows no clearance.
@@ -253,7 +253,7 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& t
   }
   stop.check();
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    Part& part = parts_[parts[i]];
+    Part& part = parts_[number_of(parts[i])];
     part.wait = part.interruptions = 0;
     if (meets[i] == 0) {
       part.clearance = clearance;

@@ -52,15 +52,15 @@ class RigidParts {
   /// Forgets a part's state where the model says that it is not tested against itself. After make_room().
   void take(const CollisionModel& model) noexcept;
   /// Forgets a part's state: it is another one now. After make_room().
-  void forget(std::uint32_t part) noexcept { parts_[part] = {}; }
+  void forget(PartId part) noexcept { parts_[number_of(part)] = {}; }
   /// The same of one that has other elements on the vertices that it had: one that was seen not to move
   /// rigidly is looked at no sooner for that.
-  void forget_elements(std::uint32_t part) noexcept {
-    const std::uint32_t wait = parts_[part].wait;
-    const std::uint32_t backoff = parts_[part].backoff;
+  void forget_elements(PartId part) noexcept {
+    const std::uint32_t wait = parts_[number_of(part)].wait;
+    const std::uint32_t backoff = parts_[number_of(part)].backoff;
     forget(part);
-    parts_[part].wait = wait;
-    parts_[part].backoff = backoff;
+    parts_[number_of(part)].wait = wait;
+    parts_[number_of(part)].backoff = backoff;
   }
 
   /// A part is measured after so many steps in a row that fitted: it takes about as long as the part's share
@@ -82,7 +82,7 @@ class RigidParts {
   void lose_track(std::span<const std::uint8_t> marked) noexcept;
 
   /// Needs the part no test against itself in this step?
-  bool rigid(std::uint32_t part) const { return part < parts_.size() && parts_[part].rigid; }
+  bool rigid(PartId part) const { return number_of(part) < parts_.size() && parts_[number_of(part)].rigid; }
   /// How many parts that is.
   std::uint64_t count() const { return count_; }
 
@@ -109,9 +109,9 @@ class RigidParts {
   void look_at(Part& part, const PartTopology& topology, const Scene& scene, const SceneMotion& motion,
                MotionState state, const ColliderOptions& options, double separation, bool trial,
                StopSignal stop);
-  double wanted_clearance(std::uint32_t part) const;
-  std::vector<std::uint32_t> due(const Topology& topology, const SceneMotion& motion) const;
-  void measure(std::span<const std::uint32_t> parts, const Topology& topology,
+  double wanted_clearance(PartId part) const;
+  std::vector<PartId> due(const Topology& topology, const SceneMotion& motion) const;
+  void measure(std::span<const PartId> parts, const Topology& topology,
                const std::shared_ptr<Workers>& workers, BodiesWithin bodies_within, StopSignal stop);
 
   std::vector<Part> parts_;

@@ -41,7 +41,7 @@ class AutoPipeline final : public Pipeline {
   }
   void options_changed(Core& core) override { pipeline_->options_changed(core); }
   void parts_changed() override { pipeline_->parts_changed(); }
-  HeldOrder hierarchy_of(const Core& core, std::uint32_t part) const override {
+  HeldOrder hierarchy_of(const Core& core, PartId part) const override {
     return pipeline_->hierarchy_of(core, part);
   }
   void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept override {

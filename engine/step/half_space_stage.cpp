@@ -85,8 +85,8 @@ class LocalPlane {
   double beyond_ = 0;
 };
 
-HalfSpaceMotion motion_of(const Core& core, std::uint32_t body, const HalfSpace& at_rest) {
-  const auto [start, end] = core.motion.poses(body);
+HalfSpaceMotion motion_of(const Core& core, PartId part, const HalfSpace& at_rest) {
+  const auto [start, end] = core.motion.poses(part);
   const auto turned = [](Pose pose, const HalfSpace& of) {
     for (const int translation : {3, 7, 11}) pose.matrix[translation] = 0;
     return pose.place(of.normal.data());
@@ -102,19 +102,20 @@ HalfSpaceMotion motion_of(const Core& core, std::uint32_t body, const HalfSpace&
 }
 
 // Half-spaces are few: of a scene's thousand bodies one or two.
-const CollisionModel::HalfSpaceOf& found(const Core& core, std::uint32_t body) {
+const CollisionModel::HalfSpaceOf& found(const Core& core, PartId part) {
   const auto all = core.model.half_spaces();
-  return *std::ranges::lower_bound(all, body, {}, &CollisionModel::HalfSpaceOf::part);
+  return *std::ranges::lower_bound(all, part, {}, &CollisionModel::HalfSpaceOf::part);
 }
 
 }  // namespace
 
 HalfSpaceMotion half_space_now(const Core& core, std::uint32_t body) {
-  return motion_of(core, body, found(core, body).at_rest);
+  const PartId part = part_of_body(body);
+  return motion_of(core, part, found(core, part).at_rest);
 }
 
 VertexMotion vertex_now(const Core& core, std::uint32_t v) {
-  const std::uint32_t part = core.motion.part_of(v);
+  const PartId part = core.motion.part_of(v);
   return core.motion.vertex(part, v - core.motion.first_vertex(part));
 }
 
@@ -129,13 +130,13 @@ void HalfSpaceStage::find_tasks(const Core& core, const CollisionModel::HalfSpac
   // A share of each vertex's own distance says nothing of a part.
   const bool culls = !roots.empty() && core.keep.share == 0;
   const LocalPlane thin(motion, frame, core.options.min_separation);
-  const auto clear = [&](std::uint32_t part) {
-    if (!own_each) return thin.clear(roots[part]);
+  const auto clear = [&](PartId part) {
+    if (!own_each) return thin.clear(roots[number_of(part)]);
     const double separation = core.arcs.widened(
         core.thickness.between(core.options.min_separation, part, half_space.part), part, half_space.part);
-    return LocalPlane(motion, frame, separation).clear(roots[part]);
+    return LocalPlane(motion, frame, separation).clear(roots[number_of(part)]);
   };
-  for (std::uint32_t part = 0; part < core.model.part_count(); ++part) {
+  for (PartId part{0}; part < core.model.end_part(); ++part) {
     paced.check();
     const std::uint32_t count = core.motion.vertex_count(part);
     if (count == 0 || !core.model.may_meet(half_space, part) || (culls && clear(part))) continue;
@@ -148,7 +149,7 @@ namespace {
 
 // Vertices [first, end) of a part.
 void test(const Core& core, const CollisionModel::HalfSpaceOf& half_space, const HalfSpaceMotion& motion,
-          std::uint32_t part, std::uint32_t first, std::uint32_t end, PairTester& tester) {
+          PartId part, std::uint32_t first, std::uint32_t end, PairTester& tester) {
   const ColliderOptions& options = core.options;
   const double widest = core.arcs.widened(
       core.thickness.between(options.min_separation, part, half_space.part), part, half_space.part);
@@ -159,7 +160,7 @@ void test(const Core& core, const CollisionModel::HalfSpaceOf& half_space, const
   const std::uint32_t first_of_part = core.motion.first_vertex(part);
   const auto take = [&](std::uint32_t v, const VertexMotion& vertex) {
     if (filters && filter.clear(vertex)) return;
-    tester.vertex_half_space(v, vertex, motion, half_space.part, half_space.thickness);
+    tester.vertex_half_space(v, vertex, motion, body_of_part(half_space.part), half_space.thickness);
   };
   if (core.motion.unplaced(part)) {
     for (std::uint32_t i = first; i < end; ++i) take(first_of_part + i, core.motion.vertex(part, i));

@@ -33,7 +33,7 @@ class HalfSpaceStage {
  private:
   /// Vertices [first, end) of a part.
   struct Task {
-    std::uint32_t part;
+    PartId part;
     std::uint32_t first;
     std::uint32_t end;
   };

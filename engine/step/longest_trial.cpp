@@ -11,8 +11,8 @@ namespace {
 bool all_move_as_a_whole(const Core& core) {
   if (core.arcs.any()) return false;  // on arcs no motion is part of a longer one's lines
   for (std::uint32_t p = 0; p < core.motion.part_count(); ++p) {
-    const bool moves = (core.motion.state(p) & kMoving) != 0;
-    if (moves && (core.motion.unplaced(p) || core.motion.range(p).listed)) return false;
+    const bool moves = (core.motion.state(PartId{p}) & kMoving) != 0;
+    if (moves && (core.motion.unplaced(PartId{p}) || core.motion.range(PartId{p}).listed)) return false;
   }
   return true;
 }
@@ -24,7 +24,8 @@ bool LongestTrial::contains_motion(Core& core, double magnitude, StopSignal stop
   const Motion& vertices = core.motion.vertices();
   if (vertices.magnitude() != magnitude || !serves(core.options, core.keep)) return false;
   for (std::uint32_t p = 0; p < core.motion.part_count(); ++p) {
-    if (core.motion.unplaced(p) && (core.motion.state(p) & kMoving) != 0) core.motion.place(p, stop);
+    if (core.motion.unplaced(PartId{p}) && (core.motion.state(PartId{p}) & kMoving) != 0)
+      core.motion.place(PartId{p}, stop);
   }
   if (!all_move_as_a_whole(core)) return false;
   const std::optional<double> fraction = way_.fraction_of(vertices, magnitude, stop);

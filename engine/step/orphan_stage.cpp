@@ -7,21 +7,21 @@ void OrphanStage::take_parts(Core& core) {
   parts_.clear();
   for (std::uint32_t p = 0; p < core.orphans.size(); ++p) {
     if (core.orphans[p] == nullptr) continue;
-    if (core.rigid_parts.rigid(p)) {
+    if (core.rigid_parts.rigid(PartId{p})) {
       core.orphans[p]->forget();
       continue;
     }
-    core.orphans[p]->range = &core.motion.range(p);
+    core.orphans[p]->range = &core.motion.range(PartId{p});
     parts_.push_back(core.orphans[p].get());
   }
 }
 
-std::span<const std::uint32_t> OrphanStage::take_edge_faces(const Core& core, StopSignal stop) {
+std::span<const PartId> OrphanStage::take_edge_faces(const Core& core, StopSignal stop) {
   edge_faces_.resize(core.topology->parts.size());
   testing_.clear();
   for (std::uint32_t p = 0; p < edge_faces_.size(); ++p) {
-    if (core.model.is_removed(p) || !core.tests_itself(p)) continue;
-    testing_.push_back(p);
+    if (core.model.is_removed(PartId{p}) || !core.tests_itself(PartId{p})) continue;
+    testing_.push_back(PartId{p});
     if (edge_faces_[p].known) continue;
     edge_faces_[p].orphans = edge_face_orphans(core.topology->scene, core.topology->parts[p].features, stop);
     edge_faces_[p].known = true;

@@ -24,8 +24,8 @@ class OrphanStage {
   template <class Bounds>
   void run(Core& core, NarrowPhase<Bounds>& narrow, bool retest, StopSignal stop) {
     if (core.options.pair_test == PairTest::kIntersection) {
-      for (const std::uint32_t part : take_edge_faces(core, stop))
-        narrow.test_edge_face_orphans(edge_faces_[part].orphans);
+      for (const PartId part : take_edge_faces(core, stop))
+        narrow.test_edge_face_orphans(edge_faces_[number_of(part)].orphans);
       narrow.flush();
     } else {
       take_parts(core);
@@ -45,7 +45,7 @@ class OrphanStage {
   void take_parts(Core& core);
   // The parts that are tested against themselves, whose edge-face orphans are known then; valid until the
   // next call.
-  std::span<const std::uint32_t> take_edge_faces(const Core& core, StopSignal stop);
+  std::span<const PartId> take_edge_faces(const Core& core, StopSignal stop);
 
   struct EdgeFaces {
     bool known = false;
@@ -53,7 +53,7 @@ class OrphanStage {
   };
   std::vector<OrphanBlocks*> parts_;
   std::vector<EdgeFaces> edge_faces_;   // by part
-  std::vector<std::uint32_t> testing_;  // as take_edge_faces() returned
+  std::vector<PartId> testing_;         // as take_edge_faces() returned
 };
 
 }  // namespace warmfront

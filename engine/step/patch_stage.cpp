@@ -13,7 +13,7 @@ std::uint64_t cull_patches(Core& core, StopSignal stop) {
   const Patches& patches = core.topology->patches;
   constexpr std::size_t kAtOnce = 16;
   const auto cull = [&](std::size_t p) {
-    const std::uint32_t part = core.motion.part_of(scene.faces()[patches.faces[p].front()][0]);
+    const PartId part = core.motion.part_of(scene.faces()[patches.faces[p].front()][0]);
     core.patch_culled[p] =
         core.options.tier == Tier::kExact && core.options.min_separation == 0 && !core.thickness.any() &&
         core.options.pair_test == PairTest::kMotion && reports_by_distance(core.options) &&

@@ -153,17 +153,17 @@ class PipelineWith final : public Pipeline {
     trees_.clear();
   }
 
-  HeldOrder hierarchy_of(const Core& core, std::uint32_t part) const override {
+  HeldOrder hierarchy_of(const Core& core, PartId part) const override {
     return trees_.hierarchy_of(core, part);
   }
 
   void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept override {
     for (std::uint32_t p = 0; p < changes.size(); ++p) {
       if (changes[p].is_new) {
-        trees_.forget(p, changes[p].keeps_hierarchy);
-        front_.front().forget(p);
+        trees_.forget(PartId{p}, changes[p].keeps_hierarchy);
+        front_.front().forget(PartId{p});
       } else {
-        trees_.shift(p, changes[p].shift);
+        trees_.shift(PartId{p}, changes[p].shift);
       }
     }
     parts_changed();
@@ -260,9 +260,9 @@ class PipelineWith final : public Pipeline {
     }
     trees_.forget_bounds_of_moved();
     for (std::uint32_t p = 0; p < core.motion.part_count(); ++p) {
-      const MotionState state = core.motion.state(p);
+      const MotionState state = core.motion.state(PartId{p});
       placed_[p] = (state & kMoving) != 0 ? 1 : 0;
-      if (state != 0) trees_.forget_bounds(p);
+      if (state != 0) trees_.forget_bounds(PartId{p});
     }
     front_.front().forget(placed_);
     OrphanStage::forget_answers(core);
@@ -483,8 +483,8 @@ class PipelineWith final : public Pipeline {
   bool arrange(const Core& core, StopSignal stop) {
     const std::size_t arranged = trees_.arrange_new(core, near_.stale(), stop);
     if (arranged > 0) near_.forget();
-    const std::span<const std::uint32_t> rearranged = trees_.rearrange_loose(core, stop);
-    for (const std::uint32_t part : rearranged) front_.front().forget(part);
+    const std::span<const PartId> rearranged = trees_.rearrange_loose(core, stop);
+    for (const PartId part : rearranged) front_.front().forget(part);
     if (trees_.take_magnitude(core.motion.vertices().magnitude())) near_.forget();
     arranged_ = true;
     return (arranged > 0 && arranged == trees_.trees().size()) || !rearranged.empty();
@@ -519,7 +519,7 @@ class PipelineWith final : public Pipeline {
     gap_at_ = kind_ == Kind::kStep || !(several_before_ || several_) ? GapAt::kEnd : GapAt::kStart;
     granted_at_end_ = is_question() && gap_at_ == GapAt::kEnd;
     for (std::uint32_t p = 0; p < core.motion.part_count() && !left_base_; ++p)
-      left_base_ = (core.motion.state(p) & kMoving) != 0;
+      left_base_ = (core.motion.state(PartId{p}) & kMoving) != 0;
   }
 
   void count_front(StepCounts& counts) const {

@@ -40,7 +40,7 @@ class Pipeline {
   virtual void parts_changed() = 0;
   /// The hierarchy of a part that is about to change, for what will be left of it; none where another one is
   /// due.
-  virtual HeldOrder hierarchy_of(const Core& core, std::uint32_t part) const = 0;
+  virtual HeldOrder hierarchy_of(const Core& core, PartId part) const = 0;
   /// Parts were replaced, which the core has taken; what became of each.
   virtual void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept = 0;
   /// Vertices that were there are thicker, or thinner: what budgets, bounds and answers were made for.

@@ -11,7 +11,7 @@ void RefitStage<Bounds>::refit_placed(ApartParts* apart, bool rebuild) {
   trees_.begin_refits();
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, core_.motion.part_count()), [&](const auto& range) {
     const StageClock::In refitting(narrow_.clock(), Stage::kRefit);
-    for (std::uint32_t part = range.begin(); part < range.end(); ++part) {
+    for (PartId part{range.begin()}; part < PartId{range.end()}; ++part) {
       stop_.check();
       if (trees_.wait(core_, part, apart, rebuild)) continue;
       refit(part);
@@ -23,7 +23,7 @@ void RefitStage<Bounds>::refit_placed(ApartParts* apart, bool rebuild) {
 
 template <class Bounds>
 void RefitStage<Bounds>::refit_near(std::span<const NearPair> near) {
-  const std::span<const std::uint32_t> parts = trees_.waiting(near, stop_);
+  const std::span<const PartId> parts = trees_.waiting(near, stop_);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, parts.size()), [&](const auto& range) {
     const StageClock::In refitting(narrow_.clock(), Stage::kRefit);
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
@@ -36,7 +36,7 @@ void RefitStage<Bounds>::refit_near(std::span<const NearPair> near) {
 }
 
 template <class Bounds>
-void RefitStage<Bounds>::refit(std::uint32_t part) {
+void RefitStage<Bounds>::refit(PartId part) {
   const bool tests_neighbours = core_.tests_itself(part) && front_.neighbours().listed(part);
   const Refit<Bounds> refit = trees_.begin_refit(core_, part, stop_);
   for_subtrees(refit.subtree_count(), [&](std::uint32_t subtree) {

@@ -27,7 +27,7 @@ class RefitStage {
   void refit_near(std::span<const NearPair> near);
 
  private:
-  void refit(std::uint32_t part);
+  void refit(PartId part);
 
   Core& core_;
   PartTrees<Bounds>& trees_;

@@ -116,7 +116,7 @@ std::vector<HeldOrder> hierarchies_of(const WarmScene& warm, const ReplacedBodie
   std::vector<HeldOrder> held(replaced.pieces.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
     const ReplacedBodies::Piece& piece = replaced.pieces[i];
-    if (piece.keeps_vertices()) held[i] = warm.pipeline->hierarchy_of(warm.core, piece.body);
+    if (piece.keeps_vertices()) held[i] = warm.pipeline->hierarchy_of(warm.core, part_of_body(piece.body));
   }
   return held;
 }
@@ -217,11 +217,11 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   if (extended) growth.emplace(core);
   core.workers->run([&] {
     for (Redescribed& other : others) {
-      core.motion.settle(other.index, stop);
+      core.motion.settle(part_of_body(other.index), stop);
       if (other.became_rigid)
-        other.shape = core.motion.shape_of(other.index, stop);
+        other.shape = core.motion.shape_of(part_of_body(other.index), stop);
       else if (other.kind != core.scene->bodies()[other.index].kind)
-        other.reach = core.motion.measured_reach(other.index, stop);
+        other.reach = core.motion.measured_reach(part_of_body(other.index), stop);
     }
     if (extended) {
       core.motion.append(*scene, positions, stop);
@@ -236,7 +236,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   if (growth) growth->keep();
   if (replacement) replacement->take(*scene);
   for (Redescribed& other : others)
-    core.motion.change_kind(other.index, other.kind, std::move(other.shape), other.reach);
+    core.motion.change_kind(part_of_body(other.index), other.kind, std::move(other.shape), other.reach);
   core.scene = std::move(scene);
   if (replacement) {
     warm.pipeline->parts_replaced(core, replacement->changes());

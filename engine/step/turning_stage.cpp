@@ -20,7 +20,7 @@ constexpr double kShareOfRadius = 0x1p-6;
 constexpr double kAngle = 0.2;
 constexpr int kMostPiecesOfStep = 32;
 
-double angle_of(const Core& core, std::uint32_t part) {
+double angle_of(const Core& core, PartId part) {
   const Twist* twist = core.arcs.of_part(part);
   return twist == nullptr ? 0 : std::sqrt(twist->angle_squared);
 }
@@ -56,7 +56,7 @@ void TurningStage::take(const Core& core, std::span<const NearPair> near, StopSi
   const ColliderOptions& options = core.options;
   if (!core.arcs.any() || options.pair_test != PairTest::kMotion || options.report == Report::kCandidates)
     return;
-  const auto radius_of = [&](std::uint32_t part) {
+  const auto radius_of = [&](PartId part) {
     return core.motion.turns(part) ? core.motion.ball(part).radius : std::numeric_limits<double>::infinity();
   };
   double most = 0;
@@ -74,9 +74,9 @@ void TurningStage::take(const Core& core, std::span<const NearPair> near, StopSi
   while (pieces_ < kMostPiecesOfStep && most > kAngle * pieces_) pieces_ *= 2;
 }
 
-TurningStage::Part& TurningStage::of(std::uint32_t part) {
+TurningStage::Part& TurningStage::of(PartId part) {
   return *std::lower_bound(parts_.begin(), parts_.begin() + static_cast<std::ptrdiff_t>(part_count_), part,
-                           [](const Part& one, std::uint32_t p) { return one.part < p; });
+                           [](const Part& one, PartId p) { return one.part < p; });
 }
 
 void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
@@ -171,32 +171,36 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
     paced.check();
     part.primitives[i] = box_of(core, part, primitive_vertices(core.topology->scene, tree.order[i]), piece);
   }
-  for (std::uint32_t block = 0; block < part.blocks.size(); ++block)
-    part.blocks[block] =
+  for (std::uint32_t i = 0; i < part.blocks.size(); ++i) {
+    const BlockId block{i};
+    part.blocks[i] =
         around(part.primitives, tree.shape.begin_of_block(block), tree.shape.begin_of_block(block + 1));
-  for (NodeId node = static_cast<NodeId>(part.nodes.size()); node-- > 0;) {
+  }
+  for (auto i = static_cast<std::uint32_t>(part.nodes.size()); i-- > 0;) {
+    const NodeId node{i};
     paced.check();
-    part.nodes[node] = tree.shape.is_leaf(node)
-                           ? around(part.blocks, tree.shape.first_block(node), tree.shape.end_block(node))
-                           : around(part.nodes, TreeShape::left(node), TreeShape::left(node) + 2);
+    part.nodes[i] = tree.shape.is_leaf(node) ? around(part.blocks, number_of(tree.shape.first_block(node)),
+                                                      number_of(tree.shape.end_block(node)))
+                                             : around(part.nodes, number_of(TreeShape::left(node)),
+                                                      number_of(TreeShape::right(node)) + 1);
   }
 }
 
 template <class Bounds>
 std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bounds>> trees,
                                      const NearPair& pair, int piece, PairTester& tester, StopSignal stop) {
-  const std::uint32_t p = pair.parts.a;
-  const std::uint32_t q = pair.parts.b;
-  const Part& a = of(p);
-  const Part& b = of(q);
+  const Part& a = of(pair.parts.a);
+  const Part& b = of(pair.parts.b);
   if (a.nodes.empty() || b.nodes.empty()) return 0;
   const double room = room_between(core, a, b);
-  const TreeShape& of_a = trees[p].shape;
-  const TreeShape& of_b = trees[q].shape;
+  const Bvh<Bounds>& tree_a = trees[number_of(pair.parts.a)];
+  const Bvh<Bounds>& tree_b = trees[number_of(pair.parts.b)];
+  const TreeShape& of_a = tree_a.shape;
+  const TreeShape& of_b = tree_b.shape;
   const Scene& scene = core.topology->scene;
   std::uint64_t tests = 0;
   PacedStop paced(stop);
-  tester.begin_leaves(p, q);
+  tester.begin_leaves(pair.parts.a, pair.parts.b);
   // Were they tested in a piece before?
   const auto tested = [&](Primitive x, Primitive y) {
     const Face of_x = primitive_vertices(scene, x);
@@ -206,14 +210,14 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
     }
     return false;
   };
-  const auto blocks = [&](std::uint32_t block_a, std::uint32_t block_b) {
+  const auto blocks = [&](BlockId block_a, BlockId block_b) {
     for (std::uint32_t i = of_a.begin_of_block(block_a); i < of_a.begin_of_block(block_a + 1); ++i) {
-      if (!near_each_other(a.primitives[i], b.blocks[block_b], room)) continue;
+      if (!near_each_other(a.primitives[i], b.blocks[number_of(block_b)], room)) continue;
       for (std::uint32_t j = of_b.begin_of_block(block_b); j < of_b.begin_of_block(block_b + 1); ++j) {
         if (!near_each_other(a.primitives[i], b.primitives[j], room)) continue;
         paced.check();
-        const Primitive x = trees[p].order[i];
-        const Primitive y = trees[q].order[j];
+        const Primitive x = tree_a.order[i];
+        const Primitive y = tree_b.order[j];
         if (!tested(x, y)) tester.primitive_pair(x, y);
       }
     }
@@ -221,27 +225,27 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
   // A pair of nodes is opened on the side that is the less deep; the stack holds a pair a level of both.
   std::array<std::pair<NodeId, NodeId>, 128> stack;
   std::size_t waiting = 0;
-  stack[waiting++] = {0, 0};
+  stack[waiting++] = {kRoot, kRoot};
   while (waiting > 0) {
     paced.check();
     const auto [m, n] = stack[--waiting];
     ++tests;
-    if (!near_each_other(a.nodes[m], b.nodes[n], room)) continue;
+    if (!near_each_other(a.nodes[number_of(m)], b.nodes[number_of(n)], room)) continue;
     const bool leaf_a = of_a.is_leaf(m);
     const bool leaf_b = of_b.is_leaf(n);
     if (leaf_a && leaf_b) {
-      for (std::uint32_t i = of_a.first_block(m); i < of_a.end_block(m); ++i) {
-        if (!near_each_other(a.blocks[i], b.nodes[n], room)) continue;
-        for (std::uint32_t j = of_b.first_block(n); j < of_b.end_block(n); ++j) {
-          if (near_each_other(a.blocks[i], b.blocks[j], room)) blocks(i, j);
+      for (BlockId i = of_a.first_block(m); i < of_a.end_block(m); ++i) {
+        if (!near_each_other(a.blocks[number_of(i)], b.nodes[number_of(n)], room)) continue;
+        for (BlockId j = of_b.first_block(n); j < of_b.end_block(n); ++j) {
+          if (near_each_other(a.blocks[number_of(i)], b.blocks[number_of(j)], room)) blocks(i, j);
         }
       }
     } else if (!leaf_a && (leaf_b || TreeShape::level_of(m) <= TreeShape::level_of(n))) {
       stack[waiting++] = {TreeShape::left(m), n};
-      stack[waiting++] = {TreeShape::left(m) + 1, n};
+      stack[waiting++] = {TreeShape::right(m), n};
     } else {
       stack[waiting++] = {m, TreeShape::left(n)};
-      stack[waiting++] = {m, TreeShape::left(n) + 1};
+      stack[waiting++] = {m, TreeShape::right(n)};
     }
   }
   return tests;
@@ -251,7 +255,7 @@ template <class Bounds>
 std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> trees,
                                 NarrowPhase<Bounds>& narrow, StopSignal stop) {
   if (pairs_.empty()) return 0;
-  const auto take = [&](std::uint32_t part) {
+  const auto take = [&](PartId part) {
     if (part_count_ == parts_.size()) parts_.emplace_back();
     parts_[part_count_++].part = part;
   };
@@ -259,14 +263,14 @@ std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> t
   for (const NearPair& pair : pairs_) named_.insert(named_.end(), {pair.parts.a, pair.parts.b});
   std::ranges::sort(named_);
   named_.erase(std::unique(named_.begin(), named_.end()), named_.end());
-  for (const std::uint32_t part : named_) take(part);
+  for (const PartId part : named_) take(part);
   for_each_index(
       0, part_count_, stop, [&](std::size_t i) { place(core, parts_[i], stop); }, 1);
   std::atomic<std::uint64_t> tests = 0;
   for (int piece = 0; piece < pieces_; ++piece) {
     for_each_index(
         0, part_count_, stop,
-        [&](std::size_t i) { bound(core, trees[parts_[i].part], parts_[i], piece, stop); }, 1);
+        [&](std::size_t i) { bound(core, trees[number_of(parts_[i].part)], parts_[i], piece, stop); }, 1);
     for_each_index(
         0, pairs_.size(), stop,
         [&](std::size_t i) { tests += traverse(core, trees, pairs_[i], piece, narrow.tester(), stop); }, 1);

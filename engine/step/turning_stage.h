@@ -53,7 +53,7 @@ class TurningStage {
   };
   /// A part that is in a pair.
   struct Part {
-    std::uint32_t part;
+    PartId part;
     bool rests = false;                     ///< its boxes are those of every piece
     std::vector<std::array<double, 3>> at;  ///< by time and vertex, of one that turns
     std::vector<Box> nodes;                 ///< of the piece in hand
@@ -64,7 +64,7 @@ class TurningStage {
     double reach = 0;                       ///< no coordinate is larger in magnitude
   };
 
-  Part& of(std::uint32_t part);
+  Part& of(PartId part);
   void place(const Core& core, Part& part, StopSignal stop) const;
   std::array<double, 3> position(const Core& core, const Part& part, std::uint32_t v, int time) const;
   Box box_of(const Core& core, const Part& part, const Face& vertices, int piece) const;
@@ -77,7 +77,7 @@ class TurningStage {
 
   std::vector<NearPair> pairs_;
   std::vector<NearPair> others_;
-  std::vector<std::uint32_t> named_;
+  std::vector<PartId> named_;
   std::vector<Part> parts_;  // of these pairs, by number; then some that were
   std::size_t part_count_ = 0;
   int pieces_ = 0;

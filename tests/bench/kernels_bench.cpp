@@ -48,7 +48,7 @@ class ClothStep {
   Hierarchy<Bounds> hierarchy;
 
   std::span<const Bounds> leaf_nodes() const {
-    return std::span(hierarchy.bvh.nodes).subspan(hierarchy.bvh.shape.first_leaf());
+    return std::span(hierarchy.bvh.nodes).subspan(number_of(hierarchy.bvh.shape.first_leaf()));
   }
 
  private:
@@ -105,8 +105,9 @@ void leaf_against_leaf(benchmark::State& state) {
                       const GridPair<Bounds> between = grid_pair(grids[leaf_of(a)], leaf_b);
                       const OneOfLeaf whole_b = OneOfLeaf::of(leaf_b);
                       Rebased<Bounds> over;
-                      rebase(blocks[a.begin], between, over);
-                      return primitive_overlaps(over, blocks[b.begin], between, &whole_b, 0, 1).to_test;
+                      rebase(blocks[number_of(a.begin)], between, over);
+                      return primitive_overlaps(over, blocks[number_of(b.begin)], between, &whole_b, 0, 1)
+                          .to_test;
                     });
 }
 BENCHMARK(leaf_against_leaf<Aabb>);

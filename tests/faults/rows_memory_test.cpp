@@ -49,8 +49,8 @@ class FaultTableMemory : public FaultTable {
     const auto faces = static_cast<std::uint32_t>(victim_.scene().faces.size());
     const TreeShape shape(faces / 2, kLeafSize);
     std::vector<std::uint32_t> leaves(shape.primitive_count());
-    for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
-      std::fill(leaves.begin() + shape.begin(leaf), leaves.begin() + shape.end(leaf), leaf);
+    for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf)
+      std::fill(leaves.begin() + shape.begin(leaf), leaves.begin() + shape.end(leaf), number_of(leaf));
     return leaves;
   }
   int break_hierarchy() {

@@ -34,11 +34,11 @@ class CountingSinks final : public LeafPairSinks, public LeafPairSink {
     answer.triangle_pairs = 1;
     return {-1, false};
   }
-  void neighbours(std::uint32_t, NeighbourChunk& chunk) override {
+  void neighbours(PartId, NeighbourChunk& chunk) override {
     ++neighbour_chunks;
     chunk.may_have_contacts = false;
   }
-  void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) override { neighbours(part, chunk); }
+  void neighbours_at_rest(PartId part, NeighbourChunk& chunk) override { neighbours(part, chunk); }
   void keep(std::uint64_t triangle_pairs, const ContactTally&, std::span<const Contact>) override {
     count += triangle_pairs;
   }
@@ -125,7 +125,7 @@ class Hierarchy {
 template <class Bounds>
 void advance(Front<Bounds>& front, const Hierarchy<Bounds>& hierarchy, LeafPairSinks& sinks,
              const FrontUpdate& how = {}) {
-  const NearPair self{{0, 0}, false};
+  const NearPair self{{PartId{0}, PartId{0}}, false};
   front.advance({&hierarchy.bvh, 1}, {&self, 1}, sinks, how);
 }
 

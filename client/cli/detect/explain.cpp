@@ -50,7 +50,7 @@ Status Explanation::compare(const StepAnswer& modelled, const StepAnswer& all) c
   std::ranges::copy_if(all.contacts, std::back_inserter(allowed), [&](const ContactRecord& c) {
     if (scene_.bodies().empty()) return true;
     const std::span<const std::uint32_t> body = scene_.body_of_vertex();
-    return model_.may_meet(body[c.vertices[0]], body[c.vertices[3]]);
+    return model_.may_meet(part_of_body(body[c.vertices[0]]), part_of_body(body[c.vertices[3]]));
   });
   // That one has no half-spaces, whose rows come last.
   const auto others =

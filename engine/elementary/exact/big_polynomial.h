@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Polynomials of any degree over Big, with multiple roots or without: common divisors, isolated roots, and
-// signs at them. For the few pairs that nothing cheaper decides. Pure functions; they allocate, and throw
-// std::bad_alloc.
+// Polynomials of any degree over Big, for the few pairs that nothing cheaper decides. Pure functions; they
+// allocate, and throw std::bad_alloc.
 #pragma once
 
-#include <functional>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "engine/elementary/exact/big.h"
 #include "engine/elementary/exact/exact_polynomial.h"
-#include "engine/elementary/exact/exact_roots.h"
 
 namespace warmfront::roots {
 
@@ -23,30 +22,15 @@ Coefficients coefficients(const Polynomial<Big, kDegree>& p) {
   return all;
 }
 
-/// The greatest common divisor of two polynomials of which one is not 0, times some number. By subresultants
-/// (Brown, Traub 1971), whose coefficients grow linearly; most pairs are shown coprime modulo one prime.
-Coefficients common_divisor(const Coefficients& a, const Coefficients& b);
+/// -1 for the polynomial 0.
+inline int degree(const Coefficients& p) {
+  return static_cast<int>(p.size()) - 1;
+}
 
-/// With the same roots, each once; p is not 0.
-Coefficients squarefree(const Coefficients& p);
-
-/// A root of a squarefree f: the only one in (begin, end), neither of which is one; or begin = end, the root.
-struct IsolatedRoot {
-  BigDyadic begin;
-  BigDyadic end;
-  bool is_dyadic;
-};
-
-/// Calls visit(root) for the roots in [begin, end], within [0, 1], in ascending order until it returns false.
-/// f is squarefree. By Descartes' rule for Bernstein coefficients and bisection (Collins, Akritas 1976); two
-/// roots that stay together are separated at the derivative's root between them.
-void isolate_roots(const Coefficients& f, const BigDyadic& begin, const BigDyadic& end,
-                   const std::function<bool(const IsolatedRoot&)>& visit);
-
-/// The largest double not above the root of f.
-double floor_of_root(const Coefficients& f, const IsolatedRoot& root);
-
-/// The sign of g at the root of f.
-int sign_at_root(const Coefficients& f, const IsolatedRoot& root, const Coefficients& g);
+inline Coefficients derivative(const Coefficients& p) {
+  Coefficients result;
+  for (std::size_t i = 1; i < p.size(); ++i) result.push_back(p[i] * static_cast<std::uint64_t>(i));
+  return result;
+}
 
 }  // namespace warmfront::roots

@@ -192,14 +192,15 @@ TEST(Refit, NodesHoldTheirPrimitives) {
     testing::Hierarchy<KDop18> hierarchy(scene, positions, 2);
     hierarchy.step(testing::random_motion(random, *scene, positions));
     const auto& bvh = hierarchy.bvh;
-    for (NodeId leaf = bvh.shape.first_leaf(); leaf < bvh.shape.node_count(); ++leaf) {
+    for (NodeId leaf = bvh.shape.first_leaf(); leaf < bvh.shape.end_node(); ++leaf) {
       for (std::uint32_t i = bvh.shape.begin(leaf); i < bvh.shape.end(leaf); ++i) {
         for (const std::uint32_t v : primitive_vertices(*scene, bvh.order[i])) {
           for (NodeId node = leaf;; node = TreeShape::parent(node)) {
-            for (std::size_t lane = 0; lane < bvh.nodes[node].lane.size(); ++lane) {
-              ASSERT_LE(bvh.nodes[node].lane[lane], bounds_of(hierarchy.vertex_bounds()[v]).lane[lane]);
+            for (std::size_t lane = 0; lane < bvh.nodes[number_of(node)].lane.size(); ++lane) {
+              ASSERT_LE(bvh.nodes[number_of(node)].lane[lane],
+                        bounds_of(hierarchy.vertex_bounds()[v]).lane[lane]);
             }
-            if (node == 0) break;
+            if (node == kRoot) break;
           }
         }
       }

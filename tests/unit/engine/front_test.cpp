@@ -21,8 +21,8 @@ void reach(const Bvtt& bvtt, const NodePair& pair, int& visited) {
     if (bvtt.self()) {
       EXPECT_LE(child.a, child.b);
     }
-    EXPECT_EQ(bvtt.parent(child), pair) << child.a << " " << child.b;
-    EXPECT_EQ(bvtt.is_first_child(child), first) << child.a << " " << child.b;
+    EXPECT_EQ(bvtt.parent(child), pair) << number_of(child.a) << " " << number_of(child.b);
+    EXPECT_EQ(bvtt.is_first_child(child), first) << number_of(child.a) << " " << number_of(child.b);
     first = false;
     reach(bvtt, child, visited);
   });
@@ -51,10 +51,10 @@ TEST(Bvtt, ParentUndoesOpeningOfTwoParts) {
 
 // The leaves below a node, from left to right.
 void gather_leaves(const TreeShape& shape, NodeId node, std::vector<NodeId>& leaves) {
-  ASSERT_LT(node, shape.node_count());
+  ASSERT_LT(node, shape.end_node());
   if (shape.is_leaf(node)) return leaves.push_back(node);
   gather_leaves(shape, TreeShape::left(node), leaves);
-  gather_leaves(shape, TreeShape::left(node) + 1, leaves);
+  gather_leaves(shape, TreeShape::right(node), leaves);
 }
 
 TEST(TreeShape, LeavesPartitionThePrimitivesAndAreFull) {
@@ -62,12 +62,12 @@ TEST(TreeShape, LeavesPartitionThePrimitivesAndAreFull) {
     for (const std::uint32_t leaf_size : {1U, 2U, 4U, 8U, 16U, 64U}) {
       const TreeShape shape(primitives, leaf_size);
       EXPECT_EQ(shape.leaf_count(), (primitives + leaf_size - 1) / leaf_size);
-      for (std::uint32_t block = 0; block < shape.block_count(); ++block) {
+      for (BlockId block{0}; block < shape.end_block(); ++block) {
         ASSERT_LT(shape.begin_of_block(block), shape.begin_of_block(block + 1)) << "empty block";
         ASSERT_LE(shape.begin_of_block(block + 1) - shape.begin_of_block(block), std::min(leaf_size, 8U));
       }
       std::vector<NodeId> leaves;
-      gather_leaves(shape, 0, leaves);
+      gather_leaves(shape, kRoot, leaves);
       ASSERT_EQ(leaves.size(), shape.leaf_count());
       std::uint32_t next = 0;
       for (const NodeId leaf : leaves) {
@@ -78,10 +78,10 @@ TEST(TreeShape, LeavesPartitionThePrimitivesAndAreFull) {
         ASSERT_LE(shape.end_block(leaf) - shape.first_block(leaf), std::max(1U, leaf_size / 8));
       }
       ASSERT_EQ(next, primitives);
-      for (NodeId node = 0; node < shape.first_leaf(); ++node) {
+      for (NodeId node = kRoot; node < shape.first_leaf(); ++node) {
         EXPECT_EQ(shape.begin(node), shape.begin(TreeShape::left(node)));
-        EXPECT_EQ(shape.end(TreeShape::left(node)), shape.begin(TreeShape::left(node) + 1));
-        EXPECT_EQ(shape.end(node), shape.end(TreeShape::left(node) + 1));
+        EXPECT_EQ(shape.end(TreeShape::left(node)), shape.begin(TreeShape::right(node)));
+        EXPECT_EQ(shape.end(node), shape.end(TreeShape::right(node)));
       }
     }
   }
@@ -97,7 +97,7 @@ TEST(TreeShape, SubtreesPartitionTheLeaves) {
       ASSERT_EQ(shape.subtree_count() == 1, primitives <= 1024);
       most = std::max(most, shape.subtree_count());
       std::vector<NodeId> leaves;
-      const NodeId first_root = shape.subtree_count() - 1;  // counted by levels
+      const NodeId first_root{shape.subtree_count() - 1};  // counted by levels
       for (std::uint32_t subtree = 0; subtree < shape.subtree_count(); ++subtree) {
         const std::size_t begin = leaves.size();
         gather_leaves(shape, first_root + subtree, leaves);

@@ -67,7 +67,7 @@ void change_locally(Faces& faces, Edges& edges, std::mt19937& random) {
 struct Body {
   Body(const Faces& faces, const Edges& edges)
       : given(scene_of(faces, edges)), motion(at), topology(given, motion, 64, false) {
-    topology.need_adjacent(0);
+    topology.need_adjacent(PartId{0});
   }
   const PartTopology& part() const { return topology.parts[0]; }
 
@@ -101,7 +101,7 @@ TEST(LocalChange, WhatIsReusedEqualsWhatWouldBeRebuilt) {
     ASSERT_EQ(all.size(), kept->order.size());
     ASSERT_EQ(all.size(), alone.element_count() + alone.isolated_vertices().size());
     ASSERT_EQ(kept->shape.leaf_count(), before.part().shape.leaf_count());
-    for (std::uint32_t b = 0; b < kept->shape.block_count(); ++b) {
+    for (BlockId b{0}; b < kept->shape.end_block(); ++b) {
       EXPECT_GE(kept->shape.size_of_block(b), 1u);
       EXPECT_LE(kept->shape.size_of_block(b), 8u);
     }

@@ -52,8 +52,9 @@ struct Sheet {
 TEST(Neighbours, AreListedOnceByTheirLeaves) {
   const Sheet<KDop18> sheet;
   const Bvh<KDop18>& tree = sheet.hierarchy.bvh;
+  const auto blocks_of = [&](LeafId leaf) { return tree.leaves.blocks_of[number_of(leaf)]; };
   ASSERT_GE(tree.shape.subtree_count(), 4U);
-  std::set<std::tuple<std::uint32_t, std::uint32_t>> listed;
+  std::set<std::tuple<BlockId, BlockId>> listed;
   const std::vector<NeighbourChunk> chunks = list_neighbours(tree);
   EXPECT_GT(chunks.size(), tree.shape.subtree_count()) << "of two subtrees, too";
   for (std::size_t c = 0; c < chunks.size(); ++c) {
@@ -64,26 +65,28 @@ TEST(Neighbours, AreListedOnceByTheirLeaves) {
     std::uint32_t n = 0;
     for (const auto& leaves : chunk.leaves) {
       ASSERT_LT(n, leaves.end);
-      const std::uint32_t of_a = tree.shape.subtree_of(tree.shape.first_leaf() + leaves.a);
-      const std::uint32_t of_b = tree.shape.subtree_of(tree.shape.first_leaf() + leaves.b);
+      const std::uint32_t of_a = tree.shape.subtree_of(tree.shape.node_of(leaves.a));
+      const std::uint32_t of_b = tree.shape.subtree_of(tree.shape.node_of(leaves.b));
       if (c < tree.shape.subtree_count())
         EXPECT_TRUE(of_a == c && of_b == c) << c;
       else
         EXPECT_NE(of_a, of_b);
       for (; n < leaves.end; ++n) {
         const NeighbourPair& pair = chunk.pairs[n];
-        EXPECT_LT(pair.a - tree.leaves.blocks_of[leaves.a].begin, tree.leaves.blocks_of[leaves.a].size());
-        EXPECT_LT(pair.b - tree.leaves.blocks_of[leaves.b].begin, tree.leaves.blocks_of[leaves.b].size());
+        EXPECT_LT(pair.a - blocks_of(leaves.a).begin, blocks_of(leaves.a).size());
+        EXPECT_LT(pair.b - blocks_of(leaves.b).begin, blocks_of(leaves.b).size());
         EXPECT_EQ(pair.excluded, tree.excluded(pair.a, pair.b));
-        EXPECT_TRUE(pair.budget.exhausted(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b], 0));
-        EXPECT_TRUE(listed.emplace(pair.a, pair.b).second) << pair.a << " " << pair.b;
+        EXPECT_TRUE(pair.budget.exhausted(tree.travel.blocks[number_of(pair.a)],
+                                          tree.travel.blocks[number_of(pair.b)], 0));
+        EXPECT_TRUE(listed.emplace(pair.a, pair.b).second) << number_of(pair.a) << " " << number_of(pair.b);
       }
     }
   }
-  for (std::uint32_t a = 0; a < tree.shape.block_count(); ++a) {
-    for (std::uint32_t b = a; b < tree.shape.block_count(); ++b) {
-      EXPECT_EQ(listed.contains({a, b}), tree.leaves.shared->has_place(a, b)) << a << " " << b;
-      EXPECT_TRUE(listed.contains({a, b}) || (a != b && tree.leaves.shared->of(a, b) == 0)) << a << " " << b;
+  for (BlockId a{0}; a < tree.shape.end_block(); ++a) {
+    for (BlockId b = a; b < tree.shape.end_block(); ++b) {
+      const auto names = [&] { return std::to_string(number_of(a)) + " " + std::to_string(number_of(b)); };
+      EXPECT_EQ(listed.contains({a, b}), tree.leaves.shared->has_place(a, b)) << names();
+      EXPECT_TRUE(listed.contains({a, b}) || (a != b && tree.leaves.shared->of(a, b) == 0)) << names();
     }
   }
   const testing::Hierarchy<KDop18> narrow(sheet.scene, flat(), 8);
@@ -108,9 +111,10 @@ TEST(Neighbours, AreDueWhenTheirBudgetIsSpent) {
     }
     std::vector<NeighbourPair> pairs(random() % 11);
     for (NeighbourPair& pair : pairs) {
-      pair.a = static_cast<std::uint32_t>(random() % travel.size());
-      pair.b = static_cast<std::uint32_t>(random() % travel.size());
-      pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], any({-1, 0, 0.2F, 0.3F, kInfinity}));
+      pair.a = BlockId{static_cast<std::uint32_t>(random() % travel.size())};
+      pair.b = BlockId{static_cast<std::uint32_t>(random() % travel.size())};
+      pair.budget = TravelBudget::grant(travel[number_of(pair.a)], travel[number_of(pair.b)],
+                                        any({-1, 0, 0.2F, 0.3F, kInfinity}));
     }
     for (NodeTravel& t : travel) {
       t.wandered += wander();
@@ -119,7 +123,8 @@ TEST(Neighbours, AreDueWhenTheirBudgetIsSpent) {
     const std::uint32_t slack = random() % 2 != 0 ? 10 : travel::kMost;
     std::vector<std::uint32_t> expected;
     for (std::uint32_t n = 0; n < pairs.size(); ++n) {
-      if (pairs[n].budget.exhausted(travel[pairs[n].a], travel[pairs[n].b], slack)) expected.push_back(n);
+      if (pairs[n].budget.exhausted(travel[number_of(pairs[n].a)], travel[number_of(pairs[n].b)], slack))
+        expected.push_back(n);
     }
     std::vector<std::uint32_t> due(pairs.size());
     due.resize(due_neighbours(pairs, travel, slack, due.data()));
@@ -141,7 +146,7 @@ void expect_apart_while_it_lasts() {
   std::vector<double> positions = flat();
   shake(random, 0.02, positions);
   sheet.hierarchy.step(positions);
-  const auto bounds = [&](std::uint32_t block, std::uint32_t i) {
+  const auto bounds = [&](BlockId block, std::uint32_t i) {
     Bounds sum = Bounds::empty();
     for (const std::uint32_t v :
          primitive_vertices(*sheet.scene, tree.order[tree.shape.begin_of_block(block) + i]))
@@ -169,10 +174,12 @@ void expect_apart_while_it_lasts() {
         NeighbourPair& pair = chunk.pairs[n];
         const float gap = nearest(pair);
         if (std::ranges::binary_search(due, n)) {
-          pair.budget = TravelBudget::grant(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b], gap);
+          pair.budget = TravelBudget::grant(tree.travel.blocks[number_of(pair.a)],
+                                            tree.travel.blocks[number_of(pair.b)], gap);
           ++exhausted;
         } else {
-          ASSERT_GT(gap, 0) << "blocks " << pair.a << " and " << pair.b << ", step " << step;
+          ASSERT_GT(gap, 0) << "blocks " << number_of(pair.a) << " and " << number_of(pair.b) << ", step "
+                            << step;
           ++lasted;
         }
       }
@@ -202,10 +209,10 @@ TEST(Neighbours, AreLeftAloneWhereNothingMoves) {
   ASSERT_GE(chunks, 4U);
   for (const NeighbourChunk& chunk : listed) {
     for (const auto& leaves : chunk.leaves) {
-      for (const std::uint32_t leaf : {leaves.a, leaves.b}) {
+      for (const LeafId leaf : {leaves.a, leaves.b}) {
         NodeSet moved;
-        moved.add(hierarchy.bvh.shape.first_leaf() + leaf);
-        EXPECT_TRUE(chunk.nodes.meets(moved)) << leaf;
+        moved.add(hierarchy.bvh.shape.node_of(leaf));
+        EXPECT_TRUE(chunk.nodes.meets(moved)) << number_of(leaf);
       }
     }
   }
@@ -236,7 +243,7 @@ TEST(Neighbours, AreTestedOnce) {
   testing::CountingSinks with_refit;
   bool test_subtrees = false;
   sheet.hierarchy.then = [&](std::uint32_t subtree) {
-    if (test_subtrees) front.test_subtree(0, subtree, with_refit);
+    if (test_subtrees) front.test_subtree(PartId{0}, subtree, with_refit);
   };
   // Number of chunks that the front passes on when the first `moving` coordinates move.
   const auto handed_over = [&](std::size_t moving) {
@@ -249,13 +256,13 @@ TEST(Neighbours, AreTestedOnce) {
   };
   const std::size_t all = positions.size();
   for (int step = 0; step < 2; ++step) {
-    EXPECT_FALSE(front.neighbours().listed(0)) << "not yet";
+    EXPECT_FALSE(front.neighbours().listed(PartId{0})) << "not yet";
     handed_over(all);
   }
-  EXPECT_TRUE(front.neighbours().listed(0));
-  EXPECT_FALSE(front.neighbours().listed(1)) << "no such part";
+  EXPECT_TRUE(front.neighbours().listed(PartId{0}));
+  EXPECT_FALSE(front.neighbours().listed(PartId{1})) << "no such part";
   const std::uint64_t chunks = handed_over(all);
-  EXPECT_EQ(chunks, front.neighbours().of(0).size());
+  EXPECT_EQ(chunks, front.neighbours().of(PartId{0}).size());
   test_subtrees = true;
   const std::uint32_t subtrees = sheet.hierarchy.bvh.shape.subtree_count();
   EXPECT_EQ(handed_over(all), chunks - subtrees) << "those of two subtrees are left";

@@ -49,12 +49,13 @@ TEST(NodePatches, AreThePatchOfAllVerticesBelow) {
       }
       const std::vector<std::uint32_t> found = node_patches(*scene, tree.shape, tree.order, patches);
       ASSERT_EQ(found.size(), tree.shape.node_count());
-      for (NodeId node = 0; node < tree.shape.node_count(); ++node) {
+      for (NodeId node = kRoot; node < tree.shape.end_node(); ++node) {
         std::set<std::uint32_t> below;
         for (std::uint32_t i = tree.shape.begin(node); i < tree.shape.end(node); ++i) {
           for (const std::uint32_t v : primitive_vertices(*scene, tree.order[i])) below.insert(patches[v]);
         }
-        EXPECT_EQ(found[node], below.size() == 1 ? *below.begin() : 0U) << node << " of kind " << kind;
+        EXPECT_EQ(found[number_of(node)], below.size() == 1 ? *below.begin() : 0U)
+            << number_of(node) << " of kind " << kind;
       }
     }
   }

@@ -39,7 +39,7 @@ void expect_same_bounds(const Bvh<Bounds>& refit, const Bvh<Bounds>& anew) {
     ASSERT_TRUE(refit.leaves.grids[l] == anew.leaves.grids[l]) << l;
     ASSERT_EQ(refit.leaves.blocks_of[l], anew.leaves.blocks_of[l]);
     const auto [first, end] = anew.leaves.blocks_of[l];
-    for (std::uint32_t b = first; b < end; ++b)
+    for (std::uint32_t b = number_of(first); b < number_of(end); ++b)
       expect_same_eight<Bounds>(refit.leaves.blocks[b], refit.leaves.grids[l], anew.leaves.blocks[b],
                                 anew.leaves.grids[l], "block");
     if (!anew.leaves.wide.empty())
@@ -74,18 +74,19 @@ template <class Bounds>
 void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
   const Bvh<Bounds>& bvh = hierarchy.bvh;
   for (std::size_t l = 0; l < bvh.leaves.grids.size(); ++l) {
-    const auto leaf = static_cast<NodeId>(bvh.shape.first_leaf() + l);
-    expect_rounded_outward(bvh.leaves.grids[l], OneOfLeaf::of(bvh.leaves.grids[l]), bvh.nodes[leaf]);
+    const NodeId leaf = bvh.shape.node_of(LeafId{static_cast<std::uint32_t>(l)});
+    expect_rounded_outward(bvh.leaves.grids[l], OneOfLeaf::of(bvh.leaves.grids[l]),
+                           bvh.nodes[number_of(leaf)]);
     const std::uint32_t begin_at_1 = bvh.leaves.grids[l].begin_at_1;
     const auto [first, end] = bvh.leaves.blocks_of[l];
-    for (std::uint32_t b = first; b < end; ++b) {
+    for (BlockId b = first; b < end; ++b) {
       Bounds sum = Bounds::empty();
       for (std::uint32_t i = 0; i < bvh.shape.size_of_block(b); ++i) {
         Bounds bounds = Bounds::empty();
-        for (const auto& corner : bvh.leaves.corners[b].vertex)
+        for (const auto& corner : bvh.leaves.corners[number_of(b)].vertex)
           bounds.merge(narrow<Bounds>(bounds_of(hierarchy.vertex_bounds()[corner[i]])));
-        expect_rounded_outward(bvh.leaves.grids[l], OneOfLeaf::of(bvh.leaves.blocks[b], begin_at_1, i),
-                               bounds);
+        expect_rounded_outward(bvh.leaves.grids[l],
+                               OneOfLeaf::of(bvh.leaves.blocks[number_of(b)], begin_at_1, i), bounds);
         sum.merge(bounds);
       }
       if (!bvh.leaves.wide.empty())
@@ -130,19 +131,20 @@ TYPED_TEST(RefitTest, TellsOfEverySubtreeThatChanged) {
     std::vector<std::vector<TypeParam>> seen(shape.subtree_count());  // of leaves, as they were told of
     hierarchy.then = [&](std::uint32_t subtree) {
       ++told[subtree];
-      for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
-        if (shape.subtree_of(leaf) == subtree) seen[subtree].push_back(hierarchy.bvh.nodes[leaf]);
+      for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf) {
+        if (shape.subtree_of(leaf) == subtree) seen[subtree].push_back(hierarchy.bvh.nodes[number_of(leaf)]);
       }
     };
     for (std::size_t k = 0; k < moving; ++k) positions[k] += 0.01;
     hierarchy.step(positions);
     std::vector<bool> changed(shape.subtree_count());
     std::vector<std::size_t> next(shape.subtree_count());
-    for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
+    for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf) {
       const std::uint32_t subtree = shape.subtree_of(leaf);
-      if ((hierarchy.bvh.motion.states[leaf] & kChanged) != 0) changed[subtree] = true;
+      if ((hierarchy.bvh.motion.states[number_of(leaf)] & kChanged) != 0) changed[subtree] = true;
       if (told[subtree] > 0) {
-        EXPECT_EQ(seen[subtree][next[subtree]++].lane, hierarchy.bvh.nodes[leaf].lane) << leaf;
+        EXPECT_EQ(seen[subtree][next[subtree]++].lane, hierarchy.bvh.nodes[number_of(leaf)].lane)
+            << number_of(leaf);
       }
     }
     for (std::uint32_t subtree = 0; subtree < told.size(); ++subtree)

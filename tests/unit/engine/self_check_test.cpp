@@ -92,8 +92,8 @@ struct Kept {
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
       if (first)
         trees[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, parts[p].shared, true);
-      testing::refit<Bounds>({core.topology->scene, core.vertex_bounds, motion.states(), core.motion.range(p),
-                              motion.magnitude(), Known::kNothing},
+      testing::refit<Bounds>({core.topology->scene, core.vertex_bounds, motion.states(),
+                              core.motion.range(PartId{p}), motion.magnitude(), Known::kNothing},
                              trees[p]);
       roots[p] = trees[p].nodes[0];
     }
@@ -124,11 +124,13 @@ struct Kept {
   }
   /// The front's own memory.
   FrontSegment& segment(std::size_t s) { return const_cast<FrontSegment&>(front.segments()[s]); }
-  NeighbourChunk& neighbours(std::size_t c) { return const_cast<Neighbours&>(front.neighbours()).of(0)[c]; }
+  NeighbourChunk& neighbours(std::size_t c) {
+    return const_cast<Neighbours&>(front.neighbours()).of(PartId{0})[c];
+  }
   FrontPair& first_disjoint() {
     for (const FrontSegment& its : front.segments()) {
       const bool self = its.parts.a == its.parts.b;
-      const Bvtt bvtt(trees[its.parts.a].shape, trees[its.parts.b].shape, self);
+      const Bvtt bvtt(trees[number_of(its.parts.a)].shape, trees[number_of(its.parts.b)].shape, self);
       for (const FrontChunk& chunk : its.chunks)
         for (const FrontPair& pair : chunk.pairs)
           if (!bvtt.is_leaf(pair.nodes)) return const_cast<FrontPair&>(pair);
@@ -199,7 +201,7 @@ TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
                      "leaves of part 1");
   this->expect_found([](K& k) { k.trees[1].patches.assign(k.trees[1].shape.node_count(), 3); }, broken,
                      "patches of nodes of part 1");
-  this->expect_found([](K& k) { k.trees[1].face_leaves.leaf[9] ^= 1; }, broken, "leaves of part 1");
+  this->expect_found([](K& k) { ++k.trees[1].face_leaves.leaf[9]; }, broken, "leaves of part 1");
   this->expect_found([](K& k) { k.trees[0].leaves.corners[2].vertex[1][0] ^= 1; }, broken,
                      "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].leaves.shared = k.trees[1].leaves.shared; }, broken,
@@ -223,8 +225,9 @@ TYPED_TEST(SelfCheckOf, AWideLeafThatIsBrokenIsNamed) {
   const auto expect = [&](const std::function<void(K&)>& corrupt, const char* words) {
     this->expect_found(corrupt, broken, words, 64);
   };
-  expect([](K& k) { k.trees[0].leaves.blocks_of[1].end -= 1; }, "leaves of part 0");
-  expect([](K& k) { k.trees[1].leaves.blocks_of[0].begin += 1; }, "leaves of part 1");
+  expect([](K& k) { k.trees[0].leaves.blocks_of[1].end = k.trees[0].leaves.blocks_of[1].begin; },
+         "leaves of part 0");
+  expect([](K& k) { ++k.trees[1].leaves.blocks_of[0].begin; }, "leaves of part 1");
   expect([](K& k) { k.trees[1].leaves.grids[0].begin_at_1 ^= 2; }, "leaves of part 1");
   expect([](K& k) { k.trees[1].leaves.blocks_of.pop_back(); }, "leaves of part 1");
   expect([](K& k) { k.trees[0].leaves.corners[9].vertex[2][3] ^= 1; }, "leaves of part 0");
@@ -239,8 +242,13 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
   const auto broken = ErrorCode::kInternal;
   this->expect_found([](K& k) { k.near.erase(k.near.begin() + 1); }, broken,
                      "parts 0 and 1 are near but have no front");
-  this->expect_found([](K& k) { k.front.forget(0); }, broken, "has no pairs below (0, 0)");
-  this->expect_found([](K& k) { k.segment(0).chunks[0].pairs[20].nodes.a ^= 2; }, broken, "lacks pair");
+  this->expect_found([](K& k) { k.front.forget(PartId{0}); }, broken, "has no pairs below (0, 0)");
+  this->expect_found(
+      [](K& k) {
+        NodeId& node = k.segment(0).chunks[0].pairs[20].nodes.a;
+        node = NodeId{number_of(node) ^ 2};
+      },
+      broken, "lacks pair");
   this->expect_found(
       [](K& k) { k.segment(0).chunks[0].pairs.erase(k.segment(0).chunks[0].pairs.begin() + 30); }, broken,
       "of parts 0 and 0 lacks pair");
@@ -258,15 +266,16 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
         const FrontPair pair = k.first_disjoint();
         const FrontSegment& segment = k.segment(0);
         for (NodeId node = pair.nodes.a;; node = TreeShape::parent(node)) {
-          for (float& lane : k.trees[segment.parts.a].nodes[node].lane) lane = -1e30F;
-          if (node == 0) break;
+          for (float& lane : k.trees[number_of(segment.parts.a)].nodes[number_of(node)].lane) lane = -1e30F;
+          if (node == kRoot) break;
         }
       },
       broken, "as disjoint");
   this->expect_found(
       [](K& k) {
         const auto far = [&](const FrontPair& pair) {
-          return separation(k.trees[0].nodes[pair.nodes.a], k.trees[0].nodes[pair.nodes.b]) > 0;
+          return separation(k.trees[0].nodes[number_of(pair.nodes.a)],
+                            k.trees[0].nodes[number_of(pair.nodes.b)]) > 0;
         };
         for (FrontChunk& chunk : k.segment(0).chunks) {
           const auto pair = std::ranges::find_if(chunk.pairs, far);
@@ -302,11 +311,11 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
         for (PointBounds& bounds : k.core.vertex_bounds) bounds = k.core.vertex_bounds[0];
         for (NeighbourPair& pair : pairs(k)) {
           const auto& travel = k.trees[0].travel.blocks;
-          pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], 1);
+          pair.budget = TravelBudget::grant(travel[number_of(pair.a)], travel[number_of(pair.b)], 1);
         }
         const std::string wrong =
-            broken_neighbours<TypeParam>(k.front.neighbours().of(0), k.trees[0], k.core.topology->scene,
-                                         k.core.vertex_bounds, Width(), kBudgetTurns);
+            broken_neighbours<TypeParam>(k.front.neighbours().of(PartId{0}), k.trees[0],
+                                         k.core.topology->scene, k.core.vertex_bounds, Width(), kBudgetTurns);
         EXPECT_THAT(wrong, HasSubstr("and a neighbour as apart"));
         pairs(k).clear();
       },
@@ -321,7 +330,7 @@ TYPED_TEST(SelfCheckOf, PartsWronglyKeptAsSeparatedAreNamed) {
     this->expect_found(
         [&](K& k) {
           k.near.erase(k.near.begin() + 1);
-          k.apart.push_back({{0, 1}, direction});
+          k.apart.push_back({{PartId{0}, PartId{1}}, direction});
         },
         ErrorCode::kInternal, "parts 0 and 1 are not apart along the direction");
   }

@@ -59,8 +59,8 @@ void expect_all(const Scene& scene, const Blocks& blocks) {
   const SharedVertices shared = shared_of(scene, blocks);
   for (std::uint32_t a = 0; a < blocks.size(); ++a) {
     for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-      if (shared.crowded(a) && shared.crowded(b)) continue;
-      ASSERT_EQ(shared.of(a, b), expected(scene, blocks, a, b)) << a << " " << b;
+      if (shared.crowded(BlockId{a}) && shared.crowded(BlockId{b})) continue;
+      ASSERT_EQ(shared.of(BlockId{a}, BlockId{b}), expected(scene, blocks, a, b)) << a << " " << b;
     }
   }
 }
@@ -93,10 +93,11 @@ TEST(SharedVertices, OfAVertexWithManyFacesAreLeftOut) {
   blocks.push_back({kPoint | static_cast<Primitive>(2 * kFew + 5)});
   expect_all(*scene, blocks);
   const SharedVertices shared = shared_of(*scene, blocks);
-  EXPECT_FALSE(shared.crowded(0));
-  EXPECT_TRUE(shared.crowded(kFew / 8));
-  EXPECT_TRUE(shared.crowded(static_cast<std::uint32_t>(blocks.size() - 2)));
-  EXPECT_FALSE(shared.crowded(static_cast<std::uint32_t>(blocks.size() - 1)));
+  EXPECT_FALSE(shared.crowded(BlockId{0}));
+  EXPECT_TRUE(shared.crowded(BlockId{kFew / 8}));
+  const auto end = static_cast<std::uint32_t>(blocks.size());
+  EXPECT_TRUE(shared.crowded(BlockId{end - 2}));
+  EXPECT_FALSE(shared.crowded(BlockId{end - 1}));
 }
 
 TEST(SharedVertices, OfAHierarchyAreThoseOfItsBlocks) {
@@ -106,15 +107,17 @@ TEST(SharedVertices, OfAHierarchyAreThoseOfItsBlocks) {
     const testing::Hierarchy<KDop18> hierarchy(scene, positions, leaf_size);
     const Bvh<KDop18>& bvh = hierarchy.bvh;
     Blocks blocks;
-    for (std::uint32_t b = 0; b < bvh.shape.block_count(); ++b) {
+    for (BlockId b{0}; b < bvh.shape.end_block(); ++b) {
       const auto begin = bvh.order.begin() + bvh.shape.begin_of_block(b);
       blocks.emplace_back(begin, begin + bvh.shape.size_of_block(b));
     }
     for (std::uint32_t a = 0; a < blocks.size(); ++a) {
       for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-        ASSERT_EQ(bvh.excluded(a, b), expected(*scene, blocks, a, b)) << leaf_size << ": " << a << " " << b;
-        if (!bvh.leaves.shared->has_place(a, b)) {
-          ASSERT_EQ(bvh.excluded_if_not_listed(a, b), bvh.excluded(a, b))
+        const BlockId of_a{a}, of_b{b};
+        ASSERT_EQ(bvh.excluded(of_a, of_b), expected(*scene, blocks, a, b))
+            << leaf_size << ": " << a << " " << b;
+        if (!bvh.leaves.shared->has_place(of_a, of_b)) {
+          ASSERT_EQ(bvh.excluded_if_not_listed(of_a, of_b), bvh.excluded(of_a, of_b))
               << leaf_size << ": " << a << " " << b;
         }
       }

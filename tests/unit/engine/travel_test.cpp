@@ -185,17 +185,17 @@ void expect_apart_while_it_lasts() {
     auto [scene, positions] = testing::random_scene(random);
     testing::Hierarchy<Bounds> hierarchy(scene, positions, 2);
     const Bvh<Bounds>& bvh = hierarchy.bvh;
-    const auto nodes = static_cast<NodeId>(bvh.nodes.size());
+    const auto nodes = static_cast<std::uint32_t>(bvh.nodes.size());
     hierarchy.step(positions);
     struct Promise {
-      NodeId a;
-      NodeId b;
+      std::uint32_t a;  // nodes
+      std::uint32_t b;
       TravelBudget budget;
     };
     std::vector<Promise> promises;
     for (int i = 0; i < 300 && nodes > 1; ++i) {
-      const auto a = static_cast<NodeId>(random() % nodes);
-      const auto b = static_cast<NodeId>(random() % nodes);
+      const auto a = static_cast<std::uint32_t>(random() % nodes);
+      const auto b = static_cast<std::uint32_t>(random() % nodes);
       const float gap = separation(bvh.nodes[a], bvh.nodes[b]);
       if (gap > 0)
         promises.push_back({a, b, TravelBudget::grant(bvh.travel.nodes[a], bvh.travel.nodes[b], gap)});
@@ -224,7 +224,7 @@ void expect_sums_within_reach() {
   const std::vector<double> positions{1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1};
   testing::Hierarchy<Bounds> hierarchy(testing::make_scene(6, testing::octahedron()), positions, 8);
   const Bvh<Bounds>& bvh = hierarchy.bvh;
-  const NodeTravel& travel = bvh.travel.nodes[bvh.shape.first_leaf()];
+  const NodeTravel& travel = bvh.travel.nodes[number_of(bvh.shape.first_leaf())];
   const auto third = [&](std::size_t coordinate) {
     const auto vertices = bvh.travel.block_vertices[0];
     return (std::ranges::find(vertices, coordinate / 3) - vertices.begin()) % 3;
