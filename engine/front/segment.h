@@ -88,4 +88,8 @@ struct FrontSegment {
   }
 };
 
+/// Divides the segment's pairs into chunks again where one is much larger than the others, or many are much
+/// smaller: they are the unit of work. Chunks that are left as they are only change hands.
+void rebalance(FrontSegment& segment);
+
 }  // namespace warmfront
