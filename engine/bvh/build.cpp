@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/bvh/build.h"
 
-#include <tbb/parallel_invoke.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -55,7 +53,7 @@ struct Splitter {
       left();
       right();
     } else {
-      tbb::parallel_invoke(left, right);
+      fork_two(left, right);
     }
   }
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "engine/parallel/stoppable_loops.h"
+#include "engine/parallel/join_pieces.h"
 
 namespace warmfront {
 namespace {
@@ -30,31 +30,36 @@ template <class Bounds>
 void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
   travel.block_vertices = {};
   if (travel.nodes.empty() || leaves.blocks.empty()) return;
-  std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
-  std::uint32_t last = 0;
-  PacedStop paced(stop);
-  for (const Primitive p : order) {
-    paced.check();
-    for (const std::uint32_t v : primitive_vertices(scene, p)) {
-      first = std::min(first, v);
-      last = std::max(last, v);
-    }
-  }
-  std::vector<BlockId> seen_in(last - first + 1, shape.end_block());
-  travel.block_vertices.begin.reserve(shape.block_count() + 1);
-  travel.block_vertices.items.reserve(order.size() + order.size() / 2);
-  PacedStop paced_blocks(stop, 256);
-  for (BlockId block{0}; block < shape.end_block(); ++block) {
-    paced_blocks.check();
-    travel.block_vertices.begin.push_back(static_cast<std::uint32_t>(travel.block_vertices.items.size()));
-    for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
-      for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
-        if (std::exchange(seen_in[v - first], block) != block) travel.block_vertices.items.push_back(v);
+  // Piece by piece of the blocks: a block has few vertices, of which most are its own.
+  constexpr std::size_t kPiece = 512;
+  const std::size_t blocks = shape.block_count();
+  std::vector<std::uint32_t>& begin = travel.block_vertices.begin;
+  lengthen(begin, blocks + 1, std::uint32_t{0}, stop);
+  std::vector<std::vector<std::uint32_t>> found((blocks + kPiece - 1) / kPiece);
+  const auto list_piece = [&](std::size_t piece) {
+    std::vector<std::uint32_t>& items = found[piece];
+    items.reserve(kPiece * EightBounds<Bounds>::kSlots * 3 / 2);
+    for (std::size_t b = piece * kPiece; b < std::min((piece + 1) * kPiece, blocks); ++b) {
+      const BlockId block{static_cast<std::uint32_t>(b)};
+      const std::size_t first = items.size();
+      for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
+        for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
+          if (std::find(items.begin() + static_cast<std::ptrdiff_t>(first), items.end(), v) == items.end())
+            items.push_back(v);
+        }
       }
+      begin[b + 1] = static_cast<std::uint32_t>(items.size() - first);
     }
+  };
+  for_each_index(0, found.size(), stop, list_piece, 1);
+  PacedStop paced(stop);
+  for (std::size_t b = 0; b < blocks; ++b) {
+    paced.check();
+    begin[b + 1] += begin[b];
   }
-  travel.block_vertices.begin.push_back(static_cast<std::uint32_t>(travel.block_vertices.items.size()));
-  travel.block_vertices.items.shrink_to_fit();
+  reserve(travel.block_vertices.items, begin.back(), stop);
+  for (const std::vector<std::uint32_t>& items : found)
+    append(travel.block_vertices.items, std::span<const std::uint32_t>(items), stop);
 }
 
 template <class Bounds>
@@ -63,15 +68,25 @@ void Bvh<Bounds>::list_leaves(StopSignal stop) {
     std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
     std::uint32_t end = 0;
   };
-  std::array<Range, 2> ranges;  // faces, segments
-  PacedStop paced(stop);
-  for (const Primitive p : order) {
-    paced.check();
-    if (is_point(p)) continue;
-    Range& range = ranges[is_face(p) ? 0 : 1];
-    range.first = std::min(range.first, number_in_kind(p));
-    range.end = std::max(range.end, number_in_kind(p) + 1);
-  }
+  using Ranges = std::array<Range, 2>;  // faces, segments
+  const auto ranges_of = [&](std::size_t first, std::size_t end) {
+    Ranges ranges;
+    for (std::size_t i = first; i < end; ++i) {
+      const Primitive p = order[i];
+      if (is_point(p)) continue;
+      Range& range = ranges[is_face(p) ? 0 : 1];
+      range.first = std::min(range.first, number_in_kind(p));
+      range.end = std::max(range.end, number_in_kind(p) + 1);
+    }
+    return ranges;
+  };
+  const auto widen = [](Ranges& all, const Ranges& piece) {
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      all[k].first = std::min(all[k].first, piece[k].first);
+      all[k].end = std::max(all[k].end, piece[k].end);
+    }
+  };
+  const Ranges ranges = join_pieces(0, order.size(), stop, Ranges{}, ranges_of, widen);
   const auto make_leaves = [&](LeavesOfKind& leaves_of, const Range& range) {
     leaves_of.first = range.end > 0 ? range.first : 0;
     make_room(leaves_of.leaf, range.end - leaves_of.first, stop);
@@ -80,15 +95,15 @@ void Bvh<Bounds>::list_leaves(StopSignal stop) {
   make_leaves(segment_leaves, ranges[1]);
   stop.check();
   if (order.empty()) return;
-  PacedStop paced_leaves(stop, 64);
-  for (NodeId node = shape.first_leaf(); node < shape.end_node(); ++node) {
-    paced_leaves.check();
+  const auto list_leaf = [&](std::size_t leaf) {
+    const NodeId node = shape.first_leaf() + static_cast<std::uint32_t>(leaf);
     for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
       if (is_point(order[i])) continue;
       LeavesOfKind& leaves_of = is_face(order[i]) ? face_leaves : segment_leaves;
       leaves_of.leaf[number_in_kind(order[i]) - leaves_of.first] = node;
     }
-  }
+  };
+  for_each_index(0, shape.end_node() - shape.first_leaf(), stop, list_leaf, 512);
 }
 
 template <class Bounds>

@@ -3,14 +3,13 @@
 // may make each of them a task of its own and continue there with what the subtree's bounds are needed for.
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 #include "engine/bvh/bvh.h"
 #include "engine/motion/motion.h"
+#include "engine/parallel/fork_join.h"
 #include "engine/scene.h"
 #include "engine/stop.h"
 
@@ -64,7 +63,7 @@ class Refit {
 template <class Body>
 void for_subtrees(std::uint32_t count, Body&& body) {
   if (count > 1)
-    tbb::parallel_for(std::uint32_t{0}, count, body);
+    fork_each(std::uint32_t{0}, count, body);
   else if (count == 1)
     body(std::uint32_t{0});
 }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/bvh/topology.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "engine/bvh/build.h"
+#include "engine/parallel/fork_join.h"
 #include "engine/scene/adjacency.h"
 #include "engine/scene/held_bytes.h"
 
@@ -65,7 +64,7 @@ void Topology::add_parts(const Scene& given, const Motion& motion, StopSignal st
   std::vector<std::vector<Primitive>> primitives =
       primitives_of_parts(given, first, count, scene.face_count(), stop);
   parts.resize(count);
-  tbb::parallel_for(first, count, [&](std::size_t p) {
+  fork_each(first, count, [&](std::size_t p) {
     stop.check();
     PartTopology& part = parts[p];
     part.features = given.bodies().empty()

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/bvh/topology_replacement.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -34,7 +32,7 @@ TopologyReplacement::TopologyReplacement(Topology& topology, std::span<const New
     made_[i] = std::make_unique<Made>();
     new_of_[parts[i].piece->body] = static_cast<std::uint32_t>(i);
   }
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+  fork_each(std::size_t{0}, parts.size(), [&](std::size_t i) {
     stop.check();
     make(parts[i], *made_[i], stop);
   });

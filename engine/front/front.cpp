@@ -3,15 +3,13 @@
 // a step has is in front_plan.cpp, what budgets are worth elsewhere in front_budgets.cpp.
 #include "engine/front/front.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <iterator>
 #include <utility>
 
 #include "engine/front/actions.h"
 #include "engine/front/front_impl.h"
+#include "engine/parallel/fork_join.h"
 
 namespace warmfront {
 namespace {
@@ -146,7 +144,7 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   plan(trees, near, how);
   const std::vector<Work>& works = impl_->works;
   room_.allow(how.record ? how.max_bytes - neighbours_.list_bytes() : 0);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, works.size(), 1), [&](const auto& range) {
+  fork_range(std::size_t{0}, works.size(), 1, [&](const auto& range) {
     const StageClock::In front(sinks.clock(), Stage::kFront);
     LeafPairSink& sink = sinks.local();
     for (std::size_t i = range.begin(); i < range.end(); ++i) run(works[i], trees, sink, how);

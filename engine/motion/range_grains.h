@@ -2,14 +2,13 @@
 // Loops over a range of vertices in grains, a task each, that note which grains a step has begun.
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <mutex>
 #include <span>
 
 #include "engine/motion/motion.h"
+#include "engine/parallel/fork_join.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -61,7 +60,7 @@ Moved over_grains(std::uint32_t first, std::uint32_t end, RangeMotion& range, St
     return sum;
   }
   std::mutex mutex;
-  tbb::parallel_for(std::uint32_t{0}, grains, [&](std::uint32_t grain) {
+  fork_each(std::uint32_t{0}, grains, [&](std::uint32_t grain) {
     stop.check();
     const std::uint32_t begin = first + grain * kGrain;
     begun[grain] = 1;

@@ -2,10 +2,11 @@
 #include "engine/motion/rigid_fit.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
-#include "engine/parallel/stoppable_loops.h"
+#include "engine/parallel/join_pieces.h"
 
 namespace warmfront {
 namespace {
@@ -81,38 +82,56 @@ constexpr double kInPlane = 1e-4;
 }  // namespace
 
 RigidReference::RigidReference(std::span<const VertexMotion> vertices, StopSignal stop) {
-  positions_.reserve(3 * vertices.size());
-  Vector lo;
-  Vector hi;
-  lo.fill(std::numeric_limits<double>::infinity());
-  hi.fill(-std::numeric_limits<double>::infinity());
-  in_pieces(0, vertices.size(), stop, [&](std::size_t first, std::size_t end) {
-    for (const VertexMotion& vertex : vertices.subspan(first, end - first)) {
-      for (int axis = 0; axis < 3; ++axis) {
-        positions_.push_back(vertex.t0[axis]);
-        lo[axis] = std::min(lo[axis], vertex.t0[axis]);
-        hi[axis] = std::max(hi[axis], vertex.t0[axis]);
-        reach_ = std::max(reach_, std::fabs(vertex.t0[axis]));
+  lengthen(positions_, 3 * vertices.size(), 0.0, stop);
+  struct Extent {
+    Vector lo, hi;
+  };
+  Extent none;
+  none.lo.fill(std::numeric_limits<double>::infinity());
+  none.hi.fill(-std::numeric_limits<double>::infinity());
+  const auto copy = [&](std::size_t first, std::size_t end) {
+    Extent extent = none;
+    for (std::size_t v = first; v < end; ++v) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double x = vertices[v].t0[axis];
+        positions_[3 * v + axis] = x;
+        extent.lo[axis] = std::min(extent.lo[axis], x);
+        extent.hi[axis] = std::max(extent.hi[axis], x);
       }
     }
-  });
+    return extent;
+  };
+  const auto widen = [](Extent& all, const Extent& piece) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      all.lo[axis] = std::min(all.lo[axis], piece.lo[axis]);
+      all.hi[axis] = std::max(all.hi[axis], piece.hi[axis]);
+    }
+  };
+  const auto [lo, hi] = join_pieces(0, vertices.size(), stop, none, copy, widen);
+  if (vertices.empty()) return;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    reach_ = std::max({reach_, std::fabs(lo[axis]), std::fabs(hi[axis])});
   if (vertices.size() < 3) return;
   const double diagonal = std::sqrt(dot(minus(hi, lo), minus(hi, lo)));
   const auto at = [&](std::size_t v) { return position(vertices[v], true); };
   // The vertex for which something is largest; the first of several.
   const auto most = [&](auto&& measure) {
-    std::uint32_t best = 0;
-    double largest = -1;
-    in_pieces(0, vertices.size(), stop, [&](std::size_t first, std::size_t end) {
+    struct Largest {
+      double value = -1;
+      std::uint32_t vertex = 0;
+    };
+    const auto of_piece = [&](std::size_t first, std::size_t end) {
+      Largest largest;
       for (std::size_t v = first; v < end; ++v) {
         const double value = measure(at(v));
-        if (value > largest) {
-          largest = value;
-          best = static_cast<std::uint32_t>(v);
-        }
+        if (value > largest.value) largest = {value, static_cast<std::uint32_t>(v)};
       }
-    });
-    return best;
+      return largest;
+    };
+    const auto larger = [](Largest& all, const Largest& piece) {
+      if (piece.value > all.value || (piece.value == all.value && piece.vertex < all.vertex)) all = piece;
+    };
+    return join_pieces(0, vertices.size(), stop, Largest{}, of_piece, larger).vertex;
   };
   const auto away_from = [](const Vector& from) {
     return [from](const Vector& x) { return dot(minus(x, from), minus(x, from)); };
@@ -221,21 +240,35 @@ void RigidReference::measure(std::span<const VertexMotion> vertices, bool start,
   for (std::size_t k = 0; k < kSample; ++k) {
     if (!(off(k * vertices.size() / kSample) <= most)) return;
   }
-  double square = 0;
-  double reach = reach_;
-  bool near = true;
-  in_pieces(0, vertices.size(), stop, [&](std::size_t first, std::size_t end) {
-    for (std::size_t v = first; near && v < end; ++v) {
+  struct Farthest {
+    double square = 0;
+    double reach = 0;
+    bool near = true;
+  };
+  std::atomic<bool> near{true};
+  const auto of_piece = [&](std::size_t first, std::size_t end) {
+    Farthest farthest;
+    if (!near.load(std::memory_order_relaxed)) return Farthest{0, 0, false};
+    for (std::size_t v = first; farthest.near && v < end; ++v) {
       const double distance = off(v);
-      near = distance <= most;  // not a number, too
-      square = std::max(square, distance);
+      farthest.near = distance <= most;  // not a number, too
+      farthest.square = std::max(farthest.square, distance);
       const auto& to = start ? vertices[v].t0 : vertices[v].t1;
-      reach = std::max({reach, std::fabs(to[0]), std::fabs(to[1]), std::fabs(to[2])});
+      farthest.reach = std::max({farthest.reach, std::fabs(to[0]), std::fabs(to[1]), std::fabs(to[2])});
     }
-  });
-  if (!near) return;
+    if (!farthest.near) near.store(false, std::memory_order_relaxed);
+    return farthest;
+  };
+  const auto join = [](Farthest& all, const Farthest& piece) {
+    all.square = std::max(all.square, piece.square);
+    all.reach = std::max(all.reach, piece.reach);
+    all.near &= piece.near;
+  };
+  const Farthest all = join_pieces(0, vertices.size(), stop, Farthest{}, of_piece, join);
+  if (!all.near) return;
+  const double reach = std::max(reach_, all.reach);
   // Some forty operations on coordinates up to `reach`, each off by 2^-53 of it at most: 2^-46 covers them.
-  const double residual = std::sqrt(square) + 0x1p-46 * reach;
+  const double residual = std::sqrt(all.square) + 0x1p-46 * reach;
   if (residual <= limit) fit.residual = residual;
 }
 

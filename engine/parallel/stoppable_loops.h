@@ -2,17 +2,15 @@
 // Loops, copies and sorting that check a stop flag at bounded intervals. Thread-safe.
 #pragma once
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <source_location>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "engine/parallel/fork_join.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -20,23 +18,27 @@ namespace warmfront {
 /// Calls `body(begin, end)` for pieces of [first, end) of at most `most` iterations, in parallel; throws
 /// Stopped when told to stop. Call it inside Workers::run().
 template <class Body>
-void for_pieces(std::size_t first, std::size_t end, std::size_t most, StopSignal stop, Body&& body) {
+void for_pieces(std::size_t first, std::size_t end, std::size_t most, StopSignal stop, Body&& body,
+                std::source_location place = std::source_location::current()) {
   if (first >= end) return;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(first, end, most), [&](const auto& range) {
+  const auto of_range = [&](const auto& range) {
     for (std::size_t begin = range.begin(); begin < range.end(); begin += most) {
       stop.check();
       body(begin, std::min(begin + most, range.end()));
     }
-  });
+  };
+  fork_range(first, end, most, of_range, place);
 }
 
 /// The same per index: `body(i)`.
 template <class Body>
 void for_each_index(std::size_t first, std::size_t end, StopSignal stop, Body&& body,
-                    std::size_t most = PacedStop::kEvery) {
-  for_pieces(first, end, most, stop, [&](std::size_t from, std::size_t to) {
+                    std::size_t most = PacedStop::kEvery,
+                    std::source_location place = std::source_location::current()) {
+  const auto of_piece = [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) body(i);
-  });
+  };
+  for_pieces(first, end, most, stop, of_piece, place);
 }
 
 /// Calls `body(begin, end)` for pieces of [first, end) of at most `most` iterations, in order on this thread;
@@ -91,18 +93,20 @@ void reserve(std::vector<T>& list, std::size_t size, StopSignal stop) {
 /// Sorts a list in parallel. Throws Stopped when told to stop; the list then holds the same elements in
 /// unspecified order.
 template <class List, class Less>
-void sort_in_parallel(List& list, StopSignal stop, Less&& less) {
+void sort_in_parallel(List& list, StopSignal stop, Less&& less,
+                      std::source_location place = std::source_location::current()) {
   constexpr std::size_t kFew = 4 * std::size_t{PacedStop::kEvery};
   if (list.size() < kFew) {
     stop.check();
-    tbb::parallel_sort(list.begin(), list.end(), less);
+    fork_sort(list.begin(), list.end(), less, place);
     return;
   }
-  tbb::parallel_sort(list.begin(), list.end(), [&](const auto& x, const auto& y) {
+  const auto compare = [&](const auto& x, const auto& y) {
     thread_local std::uint32_t compared = 0;
     if (++compared % PacedStop::kEvery == 0) stop.check();
     return less(x, y);
-  });
+  };
+  fork_sort(list.begin(), list.end(), compare, place);
 }
 
 }  // namespace warmfront

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/scene/orphans.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <string>
 
@@ -180,7 +178,7 @@ std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, StopSigna
   std::vector<FeatureIds> all;
   std::vector<std::vector<FeatureIds>> found(kRanges);
   for (std::uint64_t begin = first; begin < end; begin += std::uint64_t{kIds} * kRanges) {
-    tbb::parallel_for(std::uint32_t{0}, kRanges, [&](std::uint32_t range) {
+    fork_each(std::uint32_t{0}, kRanges, [&](std::uint32_t range) {
       const std::uint64_t from = std::min<std::uint64_t>(begin + std::uint64_t{range} * kIds, end);
       const std::uint64_t to = std::min<std::uint64_t>(from + kIds, end);
       std::vector<FeatureIds>& ours = found[range];

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/state/part_trees.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -56,9 +54,9 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
     if (trees_[p].order.empty() && !parts[p].order.empty() && !core.model.is_removed(PartId{p}))
       forgotten.push_back(p);
   }
-  tbb::parallel_for(std::size_t{0}, forgotten.size(), [&](std::size_t i) { arrange(forgotten[i]); });
+  fork_each(std::size_t{0}, forgotten.size(), [&](std::size_t i) { arrange(forgotten[i]); });
   some_forgotten_ = false;
-  tbb::parallel_for(first, parts.size(), arrange);
+  fork_each(first, parts.size(), arrange);
   std::fill(refit_in_.begin() + static_cast<std::ptrdiff_t>(first), refit_in_.end(), kNever);
   std::fill(bases_.begin() + static_cast<std::ptrdiff_t>(first), bases_.end(), Base{});
   return forgotten.size() + parts.size() - first;

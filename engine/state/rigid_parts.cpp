@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/state/rigid_parts.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 #include "engine/elementary/certified.h"
 #include "engine/motion/least_stretch.h"
 #include "engine/motion/trial_way.h"
+#include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/primitives.h"
 
 namespace warmfront {
@@ -33,15 +32,26 @@ double length_above(double x, double y, double z) {
 // Of the edges at t = 0.
 RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& features,
                                      std::span<const VertexMotion> vertices, StopSignal stop) {
+  // The sum is that of the pieces' sums in order, for any number of threads.
+  constexpr std::uint32_t kPiece = 4096;
+  const std::uint32_t edges = features.end_edge - features.first_edge;
+  std::vector<RigidParts::EdgeLengths> pieces((edges + kPiece - 1) / kPiece);
+  const auto add_piece = [&](std::size_t p) {
+    const std::uint32_t first = features.first_edge + static_cast<std::uint32_t>(p) * kPiece;
+    RigidParts::EdgeLengths& piece = pieces[p];
+    for (std::uint32_t e = first; e < std::min(first + kPiece, features.end_edge); ++e) {
+      const auto& a = vertices[scene.edges()[e][0]].t0;
+      const auto& b = vertices[scene.edges()[e][1]].t0;
+      const double length = length_above(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+      piece.mean += length;
+      piece.longest = std::max(piece.longest, length);
+    }
+  };
+  for_each_index(0, pieces.size(), stop, add_piece, 1);
   RigidParts::EdgeLengths lengths;
-  PacedStop paced(stop);
-  for (std::uint32_t e = features.first_edge; e < features.end_edge; ++e) {
-    paced.check();
-    const auto& a = vertices[scene.edges()[e][0]].t0;
-    const auto& b = vertices[scene.edges()[e][1]].t0;
-    const double length = length_above(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-    lengths.mean += length;
-    lengths.longest = std::max(lengths.longest, length);
+  for (const RigidParts::EdgeLengths& piece : pieces) {
+    lengths.mean += piece.mean;
+    lengths.longest = std::max(lengths.longest, piece.longest);
   }
   if (features.end_edge > features.first_edge) lengths.mean /= features.end_edge - features.first_edge;
   return lengths;
@@ -170,7 +180,7 @@ void RigidParts::look(const Topology& topology, const SceneMotion& motion, const
                       StopSignal stop) {
   count_ = 0;
   if (!options.find_rigid || !reports_by_distance(options)) return;
-  tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
+  fork_each(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
     stop.check();
     if (model.self_collision(PartId{p}))
       look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(PartId{p}), options,

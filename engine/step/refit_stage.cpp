@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/step/refit_stage.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include "engine/parallel/fork_join.h"
 
 namespace warmfront {
 
 template <class Bounds>
 void RefitStage<Bounds>::refit_placed(ApartParts* apart, bool rebuild) {
   trees_.begin_refits();
-  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, core_.motion.part_count()), [&](const auto& range) {
+  fork_range(std::uint32_t{0}, core_.motion.part_count(), 1, [&](const auto& range) {
     const StageClock::In refitting(narrow_.clock(), Stage::kRefit);
     for (PartId part{range.begin()}; part < PartId{range.end()}; ++part) {
       stop_.check();
@@ -24,7 +23,7 @@ void RefitStage<Bounds>::refit_placed(ApartParts* apart, bool rebuild) {
 template <class Bounds>
 void RefitStage<Bounds>::refit_near(std::span<const NearPair> near) {
   const std::span<const PartId> parts = trees_.waiting(near, stop_);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, parts.size()), [&](const auto& range) {
+  fork_range(std::size_t{0}, parts.size(), 1, [&](const auto& range) {
     const StageClock::In refitting(narrow_.clock(), Stage::kRefit);
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       stop_.check();

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "client/cli/bench/report.h"
+#include "client/cli/bench/span.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/progress.h"
 #include "client/cli/svg.h"
@@ -37,6 +38,7 @@ struct BenchArguments {
   std::string csv_file;
   std::string json_file;
   std::string svg_folder;
+  bool span = false;
 };
 
 /// 1, 2, 4, ... and the number of cores.
@@ -80,6 +82,23 @@ Result<FrameRange> read_range(const BenchArguments& arguments, const Input& inpu
   return parse_frame_range(arguments.frames, input.frame_count());
 }
 
+int bench_span(const BenchArguments& arguments, const BenchContext& context,
+               std::span<const BenchSetting> settings, std::span<const std::vector<std::string>> groups) {
+  std::printf("%s", format_bench_context(context).c_str());
+  for (const std::vector<std::string>& group : groups) {
+    const Result<std::unique_ptr<Input>> input = open_input(group);
+    if (!input) return failure(input.error().message);
+    const Result<FrameRange> range = read_range(arguments, *input.value());
+    if (!range) return usage_error(range.error().message);
+    const Result<std::string> table =
+        measure_span(*input.value(), range.value(), arguments.substeps, settings.front().options);
+    if (!table) return failure(group.front() + ": " + table.error().message);
+    std::printf("\n%s\n%s", group.front().c_str(), table.value().c_str());
+    std::fflush(stdout);
+  }
+  return finish_output();
+}
+
 Status write_plots(const std::string& folder, std::span<const BenchReport> reports) {
   if (Status status = make_folder(folder); !status) return status;
   for (const BenchReport& report : reports) {
@@ -102,6 +121,11 @@ int bench(const BenchArguments& arguments) {
   const std::vector<std::vector<std::string>> groups = group_inputs(arguments.inputs);
   for (const std::vector<std::string>& group : groups)
     if (Status status = check_input_arguments(group); !status) return usage_error(status.error().message);
+  if (arguments.span) {
+    if (!arguments.json_file.empty() || !arguments.csv_file.empty() || !arguments.svg_folder.empty())
+      return usage_error("--span prints a table of its own: it goes without --json, --csv and --svg");
+    return bench_span(arguments, context, settings.value(), groups);
+  }
   if (Status status = check_writable(std::array{arguments.json_file, arguments.csv_file}); !status)
     return failure(status.error().message);
   const bool tables = arguments.json_file != "-" && arguments.csv_file != "-";
@@ -197,6 +221,10 @@ Verb add_bench(CLI::App& app) {
   app.add_option("--svg", a.svg_folder,
                  "Write one plot per input into this folder: stage times of each setting")
       ->type_name("DIR");
+  app.add_flag(
+      "--span", a.span,
+      "Instead, what each step forks into, recorded on one thread: its work, its longest chain, and the "
+      "speed-up of a greedy schedule on up to 128 cores");
   app.footer(
       "Times and counts are those of a warm frame; the first step, which builds hierarchy and front, is "
       "reported separately\n(an input of one step has only that). To measure the effect of SIMD, compare "
