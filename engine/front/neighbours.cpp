@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/bvh/node_patches.h"
+#include "engine/parallel/stoppable_loops.h"
 #include "engine/simd/lanes.h"
 
 namespace warmfront {
@@ -56,6 +57,26 @@ NeighbourChunk& open_chunk(std::vector<NeighbourChunk>& chunks, std::size_t but)
   return chunks.back();
 }
 
+// Two leaves, whose pairs are the chunk's last.
+void add_leaves(NeighbourChunk& chunk, const TreeShape& shape, LeafId leaf, LeafId other) {
+  chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
+  chunk.nodes.add(shape.node_of(leaf));
+  chunk.nodes.add(shape.node_of(other));
+}
+
+// The leaves below a subtree's root, ascending: those of the last level but one, then those of the last.
+template <class OfLeaf>
+void for_leaves_of(const TreeShape& shape, std::uint32_t subtree, OfLeaf&& of_leaf) {
+  const int top = shape.subtree_level();
+  for (int level = std::max(shape.levels() - 2, top); level < shape.levels(); ++level) {
+    const std::uint32_t width = 1U << (level - top);
+    const NodeId first = TreeShape::first_of_level(level) + subtree * width;
+    for (NodeId node = first; node < std::min(first + width, shape.end_node()); ++node) {
+      if (shape.is_leaf(node)) of_leaf(shape.leaf_of(node));
+    }
+  }
+}
+
 std::size_t bytes_of(std::span<const NeighbourChunk> chunks) {
   std::size_t bytes = 0;
   for (const NeighbourChunk& chunk : chunks) bytes += chunk.list_bytes();
@@ -95,42 +116,76 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
     std::fill_n(leaf_of.begin() + number_of(blocks.begin), blocks.size(), leaf);
   }
   const PatchesOfTwo patches(tree.patches, tree.patches);
-  chunks.resize(tree.shape.subtree_count());
-  std::vector<NeighbourPair> of_leaf;
-  std::vector<LeafId> others;  // the leaves that these reach, ascending
-  PacedStop paced(stop, 16);
-  for (LeafId leaf{0}; leaf < tree.shape.end_leaf(); ++leaf) {
-    const NodeId node = tree.shape.node_of(leaf);
-    paced.check();
-    of_leaf.clear();
-    others.clear();
-    const auto [first, end] = tree.leaves.blocks_of[number_of(leaf)];
-    for (BlockId a = first; a < end; ++a) {
-      tree.leaves.shared->for_neighbours(a, [&](BlockId b) {
-        const NodeTravel& of_a = tree.travel.blocks[number_of(a)];
-        const NodeTravel& of_b = tree.travel.blocks[number_of(b)];
-        of_leaf.push_back({a, b, TravelBudget::grant(of_a, of_b, -1), tree.excluded(a, b)});
-        const LeafId other = leaf_of[number_of(b)];
-        const auto at = std::ranges::lower_bound(others, other);
-        if (at == others.end() || *at != other) others.insert(at, other);
-      });
-    }
-    const std::uint32_t subtree = tree.shape.subtree_of(node);
-    for (const LeafId other : others) {
-      const NodeId other_node = tree.shape.node_of(other);
-      if (patches.are_one(node, other_node)) continue;  // as a traversal does
-      const bool within = tree.shape.subtree_of(other_node) == subtree;
-      NeighbourChunk& chunk = within ? chunks[subtree] : open_chunk(chunks, tree.shape.subtree_count());
-      std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),
-                           [&](const NeighbourPair& pair) { return leaf_of[number_of(pair.b)] == other; });
-      chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
-      chunk.nodes.add(node);
-      chunk.nodes.add(other_node);
-    }
+  const TreeShape& shape = tree.shape;
+  // What goes from one subtree to another, behind the subtrees' own: in the order of leaves, too.
+  struct Across {
+    LeafId leaf, other;
+    std::size_t first_pair, end_pair;
+  };
+  struct OfSubtree {
+    NeighbourChunk within;
+    std::vector<NeighbourPair> pairs;
+    std::vector<Across> across;
+  };
+  std::vector<OfSubtree> found(shape.subtree_count());
+  const auto list_subtree = [&](std::size_t s) {
+    const auto subtree = static_cast<std::uint32_t>(s);
+    OfSubtree& own = found[s];
+    std::vector<NeighbourPair> of_leaf;
+    std::vector<LeafId> others;  // the leaves that these reach, ascending
+    PacedStop paced(stop, 16);
+    const auto list_leaf = [&](LeafId leaf) {
+      paced.check();
+      of_leaf.clear();
+      others.clear();
+      const auto [first, end] = tree.leaves.blocks_of[number_of(leaf)];
+      for (BlockId a = first; a < end; ++a) {
+        tree.leaves.shared->for_neighbours(a, [&](BlockId b) {
+          const NodeTravel& of_a = tree.travel.blocks[number_of(a)];
+          const NodeTravel& of_b = tree.travel.blocks[number_of(b)];
+          of_leaf.push_back({a, b, TravelBudget::grant(of_a, of_b, -1), tree.excluded(a, b)});
+          const LeafId other = leaf_of[number_of(b)];
+          const auto at = std::ranges::lower_bound(others, other);
+          if (at == others.end() || *at != other) others.insert(at, other);
+        });
+      }
+      for (const LeafId other : others) {
+        if (patches.are_one(shape.node_of(leaf), shape.node_of(other))) continue;  // as a traversal does
+        const bool within = shape.subtree_of(shape.node_of(other)) == subtree;
+        std::vector<NeighbourPair>& pairs = within ? own.within.pairs : own.pairs;
+        const std::size_t first_pair = pairs.size();
+        std::ranges::copy_if(of_leaf, std::back_inserter(pairs),
+                             [&](const NeighbourPair& pair) { return leaf_of[number_of(pair.b)] == other; });
+        if (within)
+          add_leaves(own.within, shape, leaf, other);
+        else
+          own.across.push_back({leaf, other, first_pair, pairs.size()});
+      }
+    };
+    for_leaves_of(shape, subtree, list_leaf);
+    own.within.leaves.shrink_to_fit();
+    own.within.pairs.shrink_to_fit();
+  };
+  for_each_index(0, found.size(), stop, list_subtree, 1);
+
+  std::vector<std::pair<Across, const std::vector<NeighbourPair>*>> across;
+  chunks.reserve(found.size());
+  for (OfSubtree& own : found) {
+    chunks.push_back(std::move(own.within));
+    for (const Across& pairs : own.across) across.emplace_back(pairs, &own.pairs);
   }
-  for (NeighbourChunk& chunk : chunks) {
-    chunk.leaves.shrink_to_fit();
-    chunk.pairs.shrink_to_fit();
+  std::ranges::stable_sort(across, {}, [](const auto& one) { return one.first.leaf; });
+  PacedStop paced(stop, 16);
+  for (const auto& [of_two, pairs] : across) {
+    paced.check();
+    NeighbourChunk& chunk = open_chunk(chunks, found.size());
+    chunk.pairs.insert(chunk.pairs.end(), pairs->begin() + static_cast<std::ptrdiff_t>(of_two.first_pair),
+                       pairs->begin() + static_cast<std::ptrdiff_t>(of_two.end_pair));
+    add_leaves(chunk, shape, of_two.leaf, of_two.other);
+  }
+  for (std::size_t c = found.size(); c < chunks.size(); ++c) {
+    chunks[c].leaves.shrink_to_fit();
+    chunks[c].pairs.shrink_to_fit();
   }
   return chunks;
 }
