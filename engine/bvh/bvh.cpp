@@ -114,15 +114,37 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   order = std::move(new_order);
   leaves.shared = std::move(new_shared);
   built_looseness = 0;
-  make_room(nodes, order.empty() ? 0 : shape.node_count(), stop);
-  begin_anew(motion.states, nodes.size(), stop);
-  begin_anew(travel.nodes, keep_travel ? nodes.size() : 0, stop);
-  begin_anew(travel.blocks, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, stop);
-  make_room(leaves.blocks, shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count(), stop);
-  make_room(leaves.corners, leaves.blocks.size(), stop);
-  make_room(leaves.wide, shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0, stop);
-  begin_anew(leaves.grids, leaves.blocks.empty() ? 0 : shape.leaf_count(), stop);
-  list_leaves(stop);
+  const bool wide = shape.has_wide_leaves() && !order.empty();
+  const bool in_blocks = shape.leaf_size() != 1 && !order.empty();
+  const std::size_t node_count = order.empty() ? 0 : shape.node_count();
+  // The system maps what is new page by page as it is touched: a list each.
+  const auto make_list = [&](int list) {
+    switch (list) {
+      case 0:
+        make_room(nodes, node_count, stop);
+        begin_anew(motion.states, node_count, stop);
+        return begin_anew(travel.nodes, keep_travel ? node_count : 0, stop);
+      case 1:
+        return begin_anew(travel.blocks, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0,
+                          stop);
+      case 2:
+        return make_room(leaves.blocks, in_blocks ? shape.block_count() : 0, stop);
+      case 3:
+        return make_room(leaves.corners, in_blocks ? shape.block_count() : 0, stop);
+      case 4:
+        return make_room(leaves.wide, wide ? shape.leaf_count() : 0, stop);
+      case 5:
+        return begin_anew(leaves.grids, in_blocks ? shape.leaf_count() : 0, stop);
+      default:
+        return list_leaves(stop);
+    }
+  };
+  constexpr std::size_t kFew = 4096;
+  constexpr int kLists = 7;
+  if (order.size() > kFew)
+    fork_each(0, kLists, make_list);
+  else
+    for (int list = 0; list < kLists; ++list) make_list(list);
   list_block_vertices(scene, stop);
   leaves.blocks_of.clear();
   if (leaves.blocks.empty()) return;

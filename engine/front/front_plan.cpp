@@ -33,8 +33,8 @@ template <class Bounds>
 void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
                          const FrontUpdate& how) {
   // A task is worth its own only above a share of the whole, and above some work.
-  constexpr double kShare = 1.0 / 2048;
-  constexpr double kLeastCost = 4;
+  constexpr double kShare = 1.0 / 1024;
+  constexpr double kLeastCost = 16;
   const auto pair_of = [&](const FrontSegment& s) {
     return TreePair<Bounds>(trees[number_of(s.parts.a)], trees[number_of(s.parts.b)], how.gap_at,
                             how.widths.of(s.parts));
