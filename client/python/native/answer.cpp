@@ -12,11 +12,19 @@ namespace warmfront::python {
 namespace py = pybind11;
 namespace {
 
-/// A read-only array on memory of `owner`.
-py::array view(const py::dtype& type, std::vector<py::ssize_t> shape, const void* data, py::handle owner) {
+/// A read-only array on memory of `owner`, C-contiguous, of numbers of so many bytes. Its strides are given,
+/// because this pybind11 cannot read the size of a type of numpy 2.
+py::array view(const py::dtype& type, std::size_t bytes, std::vector<py::ssize_t> shape, const void* data,
+               py::handle owner) {
   // numpy makes an array of its own where there is nothing to look at.
   static const char nothing[64] = {};
-  py::array array(type, std::move(shape), data != nullptr ? data : nothing, owner);
+  std::vector<py::ssize_t> strides(shape.size());
+  auto stride = static_cast<py::ssize_t>(bytes);
+  for (std::size_t axis = shape.size(); axis-- > 0;) {
+    strides[axis] = stride;
+    stride *= shape[axis];
+  }
+  py::array array(type, std::move(shape), std::move(strides), data != nullptr ? data : nothing, owner);
   py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
   return array;
 }
@@ -30,12 +38,13 @@ const py::dtype& type_of() {
 
 template <class T, class Column>
 py::array column(const Column& values, py::handle owner) {
-  return view(type_of<T>(), {static_cast<py::ssize_t>(values.size())}, values.data(), owner);
+  return view(type_of<T>(), sizeof(T), {static_cast<py::ssize_t>(values.size())}, values.data(), owner);
 }
 template <class T, class Column>
 py::array rows(const Column& values, py::handle owner) {
   constexpr auto kEach = static_cast<py::ssize_t>(sizeof(typename Column::value_type) / sizeof(T));
-  return view(type_of<T>(), {static_cast<py::ssize_t>(values.size()), kEach}, values.data(), owner);
+  return view(type_of<T>(), sizeof(T), {static_cast<py::ssize_t>(values.size()), kEach}, values.data(),
+              owner);
 }
 
 py::object optional_float(const std::optional<double>& value) {
@@ -66,8 +75,8 @@ py::tuple columns_of(const Answer& answer, py::handle owner) {
       asked(fields.normal, [&] { return rows<double>(table.normal, owner); }),
       asked(fields.points,
             [&] {
-              return view(type_of<double>(), {static_cast<py::ssize_t>(table.points.size()), 2, 3},
-                          table.points.data(), owner);
+              return view(type_of<double>(), sizeof(double),
+                          {static_cast<py::ssize_t>(table.points.size()), 2, 3}, table.points.data(), owner);
             }),
       asked(fields.direction, [&] { return rows<double>(table.direction, owner); }),
       asked(fields.squared_distance, [&] { return column<double>(table.squared_distance, owner); }),
@@ -77,19 +86,19 @@ py::tuple columns_of(const Answer& answer, py::handle owner) {
 }
 
 void declare_answer(py::module_& module) {
-  py::class_<StageTimes>(module, "StageTimes", "Milliseconds, as v1.StageTimes.")
-      .def_readonly("total", &StageTimes::total)
-      .def_readonly("refit", &StageTimes::refit)
-      .def_readonly("front", &StageTimes::front)
-      .def_readonly("elementary", &StageTimes::elementary)
-      .def_readonly("adjacent", &StageTimes::adjacent);
-  py::class_<StepCounts> counts(module, "StepCounts", "As v1.StepCounts.");
-#define WARMFRONT_DECLARE(name) counts.def_readonly(#name, &StepCounts::name);
-  WARMFRONT_STEP_COUNTS(WARMFRONT_DECLARE)
-#undef WARMFRONT_DECLARE
   py::class_<StepStatistics>(module, "StepStatistics", "As v1.StepStatistics.")
-      .def_readonly("ms", &StepStatistics::ms)
-      .def_readonly("counts", &StepStatistics::counts)
+      // All at once, into the dicts of warmfront.StageTimes and StepCounts.
+      .def("fill",
+           [](const StepStatistics& self, py::dict ms, py::dict counts) {
+             ms["total"] = self.ms.total;
+             ms["refit"] = self.ms.refit;
+             ms["front"] = self.ms.front;
+             ms["elementary"] = self.ms.elementary;
+             ms["adjacent"] = self.ms.adjacent;
+#define WARMFRONT_FILL(name) counts[#name] = self.counts.name;
+             WARMFRONT_STEP_COUNTS(WARMFRONT_FILL)
+#undef WARMFRONT_FILL
+           })
       // The contract's numbers begin with UNSPECIFIED.
       .def_property_readonly(
           "front_state", [](const StepStatistics& self) { return static_cast<int>(self.front_state) + 1; });

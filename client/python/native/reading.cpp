@@ -210,10 +210,10 @@ void tell(const PairFilters& filters, py::handle message) {
   message.attr("patches") = !filters.patches.empty();
 }
 
-Positions positions_of(const py::array& array) {
-  const auto count = static_cast<std::size_t>(array.size());
-  if (array.itemsize() == sizeof(float)) return std::span(static_cast<const float*>(array.data()), count);
-  return std::span(static_cast<const double*>(array.data()), count);
+Positions positions_of(const py::buffer_info& info) {
+  const auto count = static_cast<std::size_t>(info.size);
+  if (info.itemsize == sizeof(float)) return std::span(static_cast<const float*>(info.ptr), count);
+  return std::span(static_cast<const double*>(info.ptr), count);
 }
 
 }  // namespace warmfront::python

@@ -36,8 +36,8 @@ SceneChange change_of(pybind11::handle message, bool float32);
 void tell(const ColliderOptions& options, pybind11::handle message);
 void tell(const PairFilters& filters, pybind11::handle message);
 
-/// The numbers of a C-contiguous array of float32 or float64, where they are.
-Positions positions_of(const pybind11::array& array);
+/// The numbers of a C-contiguous buffer of float32 or float64, where they are.
+Positions positions_of(const pybind11::buffer_info& info);
 
 /// A copy of a buffer, as rows of such.
 template <class Row>

@@ -31,8 +31,10 @@ enum Part : std::size_t {
   kParts
 };
 
-// What takes longer is computed on another thread, whose start costs less than a hundredth of it.
-constexpr std::chrono::milliseconds kLong{20};
+// Who waits longer wants to be able to interrupt: it is computed on another thread, while this one looks for
+// signals. That thread begins with cold caches and memory of its own, which steps of some milliseconds would
+// feel.
+constexpr std::chrono::milliseconds kLong{100};
 constexpr std::chrono::milliseconds kLook{20};
 
 // Names of limits, as a daemon has them.
@@ -123,9 +125,9 @@ Clock::time_point after(std::optional<double> seconds) {
 GivenFrame::GivenFrame(const py::object& positions, const py::object& parts, bool float32,
                        const Scene& scene) {
   if (!positions.is_none()) {
-    const py::array array = py::reinterpret_borrow<py::array>(positions);
-    frame_.positions = python::positions_of(array);
-    bytes_ = static_cast<std::size_t>(array.nbytes());
+    all_ = py::reinterpret_borrow<py::buffer>(positions).request();
+    frame_.positions = python::positions_of(all_);
+    bytes_ = bytes_in(all_);
     return;
   }
   if (parts.is_none()) return;
@@ -186,7 +188,7 @@ void GivenFrame::take_poses(const std::vector<py::buffer_info>& matrices, bool f
   }
 }
 
-std::shared_ptr<Session> Session::create(const py::handle& header, const py::array& positions,
+std::shared_ptr<Session> Session::create(const py::handle& header, const py::buffer& positions,
                                          const py::buffer& faces, const py::buffer& edges,
                                          const py::object& thickness, const py::object& filters,
                                          int threads) {
@@ -207,7 +209,8 @@ std::shared_ptr<Session> Session::create(const py::handle& header, const py::arr
   scene.edges = rows_of<std::array<std::int32_t, 2>>(edges);
   if (!thickness.is_none()) scene.thickness = rows_of<double>(thickness.cast<py::buffer>());
   const auto first_frame = header.attr("first_frame").cast<std::uint64_t>();
-  const Positions rows = python::positions_of(positions);
+  const py::buffer_info given = positions.request();
+  const Positions rows = python::positions_of(given);
   const Rounding rounding =
       std::holds_alternative<std::span<const float>>(rows) ? Rounding::kFloat32 : Rounding::kFloat64;
 

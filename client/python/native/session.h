@@ -39,7 +39,8 @@ class GivenFrame {
   void take_bodies(const std::vector<pybind11::buffer_info>& rows, bool float32, const Scene& scene);
   void take_poses(const std::vector<pybind11::buffer_info>& matrices, bool float32, const Scene& scene);
 
-  std::vector<std::vector<pybind11::buffer_info>> held_;  // by number
+  pybind11::buffer_info all_;
+  std::vector<std::vector<pybind11::buffer_info>> held_;  // parts, by number
   std::vector<std::uint32_t> body_numbers_;
   std::vector<std::uint32_t> pose_numbers_;
   std::vector<BodyPositions> bodies_;
@@ -60,7 +61,7 @@ class Session {
  public:
   /// header: a v1.SessionHeader; arrays as the wire has them, of filters in a v1.PairFilters, or None.
   /// threads: 0 for those of the process. Throws Raised as a daemon refuses.
-  static std::shared_ptr<Session> create(const pybind11::handle& header, const pybind11::array& positions,
+  static std::shared_ptr<Session> create(const pybind11::handle& header, const pybind11::buffer& positions,
                                          const pybind11::buffer& faces, const pybind11::buffer& edges,
                                          const pybind11::object& thickness, const pybind11::object& filters,
                                          int threads);

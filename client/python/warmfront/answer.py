@@ -142,6 +142,10 @@ _COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "direct
             "multiplicity", "stencil")
 
 
+_NO_WORLDS: npt.NDArray[np.uint32] = np.empty(0, "<u4")
+_NO_TIMES: npt.NDArray[np.float64] = np.empty(0, "<f8")
+
+
 class Contacts:
     """One frame's answer: k contacts as columns, sorted by kind, then by the numbers of the first and of the second feature.
 
@@ -218,8 +222,8 @@ class Contacts:
         self.possible: int = summary.possible
         self.earliest_toi: Optional[float] = summary.earliest_toi if summary.HasField("earliest_toi") else None
         self.queue_ms: float = summary.queue_ms
-        self.worlds: npt.NDArray[np.uint32] = np.empty(0, "<u4") if worlds is None else worlds
-        self.world_tois: npt.NDArray[np.float64] = np.empty(0, "<f8") if world_tois is None else world_tois
+        self.worlds: npt.NDArray[np.uint32] = _NO_WORLDS if worlds is None else worlds
+        self.world_tois: npt.NDArray[np.float64] = _NO_TIMES if world_tois is None else world_tois
         self._topology = topology
         self._statistics = summary.statistics
         self._all_deformable = summary.all_deformable if summary.HasField("all_deformable") else None
