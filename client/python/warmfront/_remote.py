@@ -29,6 +29,7 @@ class Remote:
     def __init__(self, link: Link) -> None:
         self.link = link
         self.exchange = Exchange(link)
+        self.ends_connection = False  # with the session: nobody else has it
 
     @property
     def failed(self) -> Optional[WarmfrontError]:
@@ -75,7 +76,11 @@ class Remote:
     def close(self) -> None:
         # The stream and the frames are the waiting thread's, which may be in the middle of them.
         self.link.cancel_stream()
-        self.link.remove()
+        try:
+            self.link.remove()
+        finally:
+            if self.ends_connection:
+                self.link.connection.close()
 
     # Questions.
 

@@ -114,7 +114,7 @@ def open(
     "unix:PATH": a `Session` behind the daemon there. threads: of the first two, most that compute a question; None: one for
     each core. security, timeouts: of the connection, see `connect()`. Everything else as in `Client.session()`.
 
-    `close()`, or `with`, ends the session, and the daemon that was started for it. Errors as those of `Collider`, `connect()`
+    `close()`, or `with`, ends the session, its connection, and the daemon that was started for it. Errors as those of `Collider`, `connect()`
     and `Client.session()`.
     """
     scene: dict[str, Any] = dict(edges=edges, bodies=bodies, excluded_pairs=excluded_pairs, filters=filters, thickness=thickness,
@@ -134,7 +134,8 @@ def open(
     except BaseException:
         client.close()
         raise
-    return session  # which keeps the connection
+    session._backend.ends_connection = True
+    return session
 
 
 def open_batch(

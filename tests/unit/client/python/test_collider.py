@@ -445,6 +445,13 @@ def test_open_is_any_of_three(daemon):
     assert answers[0] == answers[1] == answers[2]
 
 
+def test_what_open_started_ends_with_it():
+    with warmfront.open(BEFORE, FACES, server="local") as session:
+        daemon = session._link.connection._private
+        assert len(session.step(AFTER)) == 3 and daemon._process.poll() is None
+    assert daemon._process.poll() is not None
+
+
 @pytest.mark.parametrize("given, message", [
     (dict(threads=-1), r"threads: -1 is not in \[0, 1024\]"),
     (dict(threads=2.5), r"threads: 2.5 is not in"),

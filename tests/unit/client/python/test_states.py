@@ -28,6 +28,7 @@ def test_what_is_near_and_how_near(anywhere, cloth):
         assert (pairs.toi == 0).all() and session.last_frame == 0
         apart = distances(cloth.frames[30], pairs)
         assert np.allclose(apart**2, pairs.squared_distance, rtol=1e-6, atol=1e-12) and apart.max() <= 0.02 * (1 + 1e-4)
+        assert np.allclose(pairs.distance, apart, rtol=1e-6, atol=1e-12) and session.proximity(0.02).distance is None
         between = pairs.points[:, 0] - pairs.points[:, 1]
         assert np.allclose(between, pairs.direction * np.sqrt(pairs.squared_distance)[:, None], atol=1e-9)
         zeros = (pairs.weights == 0).sum(1)
