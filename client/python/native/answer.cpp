@@ -52,6 +52,17 @@ py::object optional_float(const std::optional<double>& value) {
   return py::float_(*value);
 }
 
+/// A string that is made once for the life of the process, with its hash.
+#define WARMFRONT_KEY(name)                                         \
+  [] {                                                              \
+    static PyObject* const kept = PyUnicode_InternFromString(name); \
+    return py::handle(kept);                                        \
+  }()
+template <class Value>
+[[gnu::always_inline]] inline void set(const py::dict& to, py::handle key, const Value& value) {
+  if (PyDict_SetItem(to.ptr(), key.ptr(), value.ptr()) != 0) throw py::error_already_set();
+}
+
 /// What a step costs with everything deformable, as v1.AllDeformable.
 struct AllDeformable {
   StepStatistics statistics;
@@ -90,12 +101,12 @@ void declare_answer(py::module_& module) {
       // All at once, into the dicts of warmfront.StageTimes and StepCounts.
       .def("fill",
            [](const StepStatistics& self, py::dict ms, py::dict counts) {
-             ms["total"] = self.ms.total;
-             ms["refit"] = self.ms.refit;
-             ms["front"] = self.ms.front;
-             ms["elementary"] = self.ms.elementary;
-             ms["adjacent"] = self.ms.adjacent;
-#define WARMFRONT_FILL(name) counts[#name] = self.counts.name;
+             set(ms, WARMFRONT_KEY("total"), py::float_(self.ms.total));
+             set(ms, WARMFRONT_KEY("refit"), py::float_(self.ms.refit));
+             set(ms, WARMFRONT_KEY("front"), py::float_(self.ms.front));
+             set(ms, WARMFRONT_KEY("elementary"), py::float_(self.ms.elementary));
+             set(ms, WARMFRONT_KEY("adjacent"), py::float_(self.ms.adjacent));
+#define WARMFRONT_FILL(name) set(counts, WARMFRONT_KEY(#name), py::int_(self.counts.name));
              WARMFRONT_STEP_COUNTS(WARMFRONT_FILL)
 #undef WARMFRONT_FILL
            })

@@ -183,6 +183,10 @@ def intersections_of(contacts: Contacts, summary: Any) -> Intersections:
     return Intersections(contacts.frame, summary.ef, v[:, :2], v[:, 2:], contacts.statistics)
 
 
+_KINDS = {int(kind): kind for kind in Kind}
+_STATUSES = {int(status): status for status in Status}
+
+
 def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:
     """Of the earliest contacts of a motion, and their v1.StepSummary."""
     first = None
@@ -191,7 +195,7 @@ def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:
         # With worlds, the earliest of each are listed; without, all are at the same time.
         row = int(np.argmin(contacts.toi)) if len(tois) > 0 else 0
         a, b, c, d = contacts.v[row].tolist()
-        first = Contact(Kind(contacts.kind.item(row)), Status(contacts.status.item(row)), (a, b, c, d), contacts.toi.item(row))
+        first = Contact(_KINDS[contacts.kind.item(row)], _STATUSES[contacts.status.item(row)], (a, b, c, d), contacts.toi.item(row))
     fraction = 1.0 if contacts.earliest_toi is None else contacts.earliest_toi
     return MaxStep(fraction, first, summary.overlaps_at_start, contacts.statistics, contacts.worlds,
                    np.minimum(tois, 1.0) if len(tois) > 0 else tois)
