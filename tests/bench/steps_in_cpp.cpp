@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// steps_in_cpp FILE ROUNDS THREADS: the steps of the file through Collider; prints of each round the seconds, then the
-// rows told.
+// steps_in_cpp FILE ROUNDS THREADS: the steps of the file through Collider; prints of each round the seconds,
+// then the rows told.
 #include <cstdlib>
 #include <memory>
 #include <span>
@@ -14,7 +14,9 @@ int main(int count, char** arguments) {
   if (count != 4) return 3;
   const steps all = read_steps(arguments[1]);
   const std::size_t numbers = std::size_t{3} * all.vertices;
-  const auto frame = [&](std::uint32_t k) { return std::span<const float>(all.positions + numbers * k, numbers); };
+  const auto frame = [&](std::uint32_t k) {
+    return std::span<const float>(all.positions + numbers * k, numbers);
+  };
   const auto workers = std::make_shared<Workers>(std::atoi(arguments[3]));
   unsigned long long told = 0;
   for (int round = 0; round < std::atoi(arguments[2]); ++round) {
