@@ -94,7 +94,8 @@ Status check_kind(const Frame& frame, bool float32) {
     if (Status fits = check(*frame.positions, "positions"); !fits) return fits;
   }
   for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
-    if (Status fits = check(frame.bodies[i].positions, "bodies[" + std::to_string(i) + "]"); !fits) return fits;
+    if (Status fits = check(frame.bodies[i].positions, "bodies[" + std::to_string(i) + "]"); !fits)
+      return fits;
   }
   return check(frame.vertex_positions, "vertex_positions");
 }
@@ -108,9 +109,14 @@ Error at_frame(std::uint64_t number, const Error& error) {
 class LocalSession::Job final : public PendingAnswer {
  public:
   /// `number`: of the frame that it is about.
+  /// `failures`: known to who asked.
   Job(const std::shared_ptr<LocalSession>& session, const Request& request, std::uint64_t number,
-      const WaitOptions& wait, bool handed_out)
-      : PendingAnswer(wait, handed_out), session_(session), request_(request), number_(number) {
+      std::uint64_t failures, const WaitOptions& wait, bool handed_out)
+      : PendingAnswer(wait, handed_out),
+        session_(session),
+        request_(request),
+        number_(number),
+        failures_(failures) {
     if (handed_out) request_.frame = own_.emplace(request.frame).frame();
   }
 
@@ -122,6 +128,7 @@ class LocalSession::Job final : public PendingAnswer {
 
   const Request& request() const { return request_; }
   std::uint64_t number() const { return number_; }
+  std::uint64_t failures() const { return failures_; }
 
   std::optional<Error> why;  ///< it has no answer; protected by the session's mutex
 
@@ -130,6 +137,7 @@ class LocalSession::Job final : public PendingAnswer {
   std::optional<OwnFrame> own_;
   Request request_;
   const std::uint64_t number_;
+  const std::uint64_t failures_;
 };
 
 LocalSession::~LocalSession() {
@@ -154,12 +162,12 @@ std::shared_ptr<PendingAnswer> LocalSession::ask(const Request& request, const W
   if (Status may = PendingAnswer::check(wait); !may) return std::make_shared<PendingAnswer>(may.error());
   if (!handed_out && !wait.timeout && check_idle() && next_ == frame_ + 1) {
     Result<Answer> answer = compute(request, wait.cancelled);
-    if (answer && request.counts()) next_ = ++frame_ + 1;
     if (!answer && answer.error().code == ErrorCode::kCancelled)
-      answer = at_frame(next_, PendingAnswer::cancelled());
+      return std::make_shared<PendingAnswer>(at_frame(next_, PendingAnswer::cancelled()));
+    if (answer && request.counts()) next_ = ++frame_ + 1;
     return std::make_shared<PendingAnswer>(std::move(answer));
   }
-  const auto job = std::make_shared<Job>(shared_from_this(), request, next_, wait, handed_out);
+  const auto job = std::make_shared<Job>(shared_from_this(), request, next_, failures_, wait, handed_out);
   {
     const std::lock_guard lock(mutex_);
     if (!thread_.joinable()) thread_ = std::thread([this] { compute_all(); });
@@ -189,8 +197,11 @@ bool LocalSession::wait(const Job& job, PendingAnswer::Time until) {
     else
       changed_.wait_until(lock, next);
   }
-  // What failed is known now, and what was asked after it has failed, too.
-  if (jobs_.empty()) next_ = frame_ + 1;
+  // That it failed is known now. What was asked after it fails, too, and tells no more than that.
+  if (job.settled() && job.failed() && job.request().counts() && job.failures() == failures_) {
+    next_ = frame_ + 1;
+    ++failures_;
+  }
   return job.settled();
 }
 
@@ -231,37 +242,57 @@ void LocalSession::compute_all() {
   }
 }
 
+Status LocalSession::check(const Request& request) const {
+  const Question& question = request.question;
+  const auto of_question = [](const Error& error) { return Error{error.code, "question." + error.message}; };
+  if (Status valid = validate(question.kind, question.options); !valid) return of_question(valid.error());
+  const std::size_t most = collider_.options().max_contacts;
+  if (question.options.max_contacts && *question.options.max_contacts > most)
+    return invalid_argument("question.max_contacts: " + std::to_string(*question.options.max_contacts) +
+                            " is above the session's " + std::to_string(most));
+  if (Status valid = validate(merged(collider_.options(), question)); !valid)
+    return of_question(valid.error());
+  if (!request.moves()) return {};
+  return check_kind(request.frame, rounding_ == Rounding::kFloat32);
+}
+
 Result<Answer> LocalSession::compute(const Request& request, const std::atomic<bool>* stop) {
+  const std::uint64_t number = frame_ + 1;
   if (trial_lost_ && request.needs_trial())
-    return Error{ErrorCode::kFailedPrecondition,
-                 "the last motion was given up or refused before its turn; ask for a trial first"};
+    return at_frame(number,
+                    {ErrorCode::kFailedPrecondition,
+                     "the last motion was given up or refused before its turn; ask for a trial first"});
   Answer answer;
-  answer.frame = frame_ + 1;
+  answer.frame = number;
   if (request.commit) {
     Result<CommitResult> taken = collider_.commit(*request.commit, rounding_);
-    if (!taken) return taken.error();
+    if (!taken) return at_frame(number, taken.error());
     answer.commit = taken.value();
     return answer;
   }
-  if (request.moves()) {
-    trial_lost_ = true;
-    if (Status fits = check_kind(request.frame, rounding_ == Rounding::kFloat32); !fits)
-      return at_frame(frame_ + 1, fits.error());
-    trial_lost_ = false;
+  if (Status fits = check(request); !fits) {
+    if (request.moves()) trial_lost_ = true;
+    return at_frame(number, fits.error());
   }
-  const Result<StepResult> result = collider_.ask(request.frame, request.question, stop);
-  if (!result) return result.error();
-  const StepResult& step = result.value();
-  static_cast<KindCounts&>(answer) = step;
-  answer.possible = step.possible;
-  answer.earliest_toi = step.earliest_toi;
-  answer.overlaps_at_start = step.overlaps_at_start;
-  answer.contacts = columns_of(step, collider_.scene(), merged(collider_.options(), request.question).fields);
-  answer.vertex_distances.assign(step.vertex_distances.begin(), step.vertex_distances.end());
-  answer.worlds.assign(step.worlds.begin(), step.worlds.end());
-  answer.world_tois.assign(step.world_tois.begin(), step.world_tois.end());
-  answer.statistics = step.statistics;
-  if (step.all_deformable) answer.all_deformable.emplace(AllDeformable{*step.all_deformable});
+  if (request.moves()) trial_lost_ = false;
+  // Columns are made before the step is taken: where there is no memory for them, it did not happen.
+  const ContactFields fields = merged(collider_.options(), request.question).fields;
+  const auto accept = [&](const StepResult& step) -> Status {
+    static_cast<KindCounts&>(answer) = step;
+    answer.possible = step.possible;
+    answer.earliest_toi = step.earliest_toi;
+    answer.overlaps_at_start = step.overlaps_at_start;
+    answer.contacts = columns_of(step, collider_.scene(), fields);
+    answer.vertex_distances.assign(step.vertex_distances.begin(), step.vertex_distances.end());
+    answer.worlds.assign(step.worlds.begin(), step.worlds.end());
+    answer.world_tois.assign(step.world_tois.begin(), step.world_tois.end());
+    return request.accept ? request.accept(step) : Status();
+  };
+  const Result<StepResult> result = collider_.ask(request.frame, request.question, stop, accept);
+  if (!result) return at_frame(number, result.error());
+  answer.statistics = result.value().statistics;
+  if (result.value().all_deformable)
+    answer.all_deformable.emplace(AllDeformable{*result.value().all_deformable});
   return answer;
 }
 

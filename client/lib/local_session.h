@@ -26,6 +26,8 @@ class LocalSession : public std::enable_shared_from_this<LocalSession> {
     Frame frame = {};
     Question question = {};
     std::optional<double> commit = std::nullopt;
+    /// As Collider's, for questions: a last word before the session moves. On the thread that computes.
+    AcceptStep accept = {};
 
     bool counts() const { return commit || question.counts(); }
     /// Has it a motion, which takes the place of the last trial?
@@ -33,8 +35,9 @@ class LocalSession : public std::enable_shared_from_this<LocalSession> {
     bool needs_trial() const { return commit || (question.of_state() && question.where == Where::kTrialEnd); }
   };
 
-  /// `rounding`: of commits.
-  LocalSession(Collider collider, Rounding rounding) : collider_(std::move(collider)), rounding_(rounding) {}
+  /// `rounding`: of commits. `first_frame`: the number of where the collider is.
+  LocalSession(Collider collider, Rounding rounding, std::uint64_t first_frame = 0)
+      : collider_(std::move(collider)), rounding_(rounding), next_(first_frame + 1), frame_(first_frame) {}
   /// Stops what is computed. What is not answered never is.
   ~LocalSession();
 
@@ -43,6 +46,8 @@ class LocalSession : public std::enable_shared_from_this<LocalSession> {
   /// kFailedPrecondition while answers are awaited. If not, collider() is the caller's.
   Status check_idle() const;
   Collider& collider() { return collider_; }
+  /// The last one; not while answers are awaited.
+  std::uint64_t frame() const { return frame_; }
 
  private:
   class Job;
@@ -54,18 +59,21 @@ class LocalSession : public std::enable_shared_from_this<LocalSession> {
   void compute_all();
   /// An answer that counts is still to be counted.
   Result<Answer> compute(const Request& request, const std::atomic<bool>* stop);
+  /// As a daemon looks at a question before it carries it out.
+  Status check(const Request& request) const;
 
   // Used by whoever computes: the thread while jobs_ are there, else who uses the session.
   Collider collider_;
   const Rounding rounding_;
   bool trial_lost_ = false;  // a motion was not computed, and the collider's trial is not the last one
 
-  // The frame that comes next, as far as the caller can know: a step that fails is known of when an answer
-  // was waited for.
-  std::uint64_t next_ = 1;
+  // The frame that comes next, as far as the caller can know: a step that fails is known of when it was
+  // waited for. Whether a later one fails with it depends on that alone, and not on which thread was faster.
+  std::uint64_t next_;
+  std::uint64_t failures_ = 0;  // that are known so
 
   // Changed with the lock held while jobs_ are there.
-  std::uint64_t frame_ = 0;  // the last
+  std::uint64_t frame_;  // the last
 
   // Protected by mutex_.
   mutable std::mutex mutex_;

@@ -59,6 +59,7 @@ class PendingAnswer {
 
   // For its session, which sees to it that one thread at a time does this.
   bool settled() const { return answer_ || thrown_; }
+  bool failed() const { return thrown_ || (answer_ && !*answer_); }
   void settle(Result<Answer> answer) { answer_ = std::move(answer); }
   void settle(std::exception_ptr thrown) { thrown_ = std::move(thrown); }
   /// Why it is to be given up, if it is. The first look begins its timeout, if its turn has come.

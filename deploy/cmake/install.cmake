@@ -22,6 +22,9 @@ if(PROJECT_IS_TOP_LEVEL)
                   file(INSTALL \"${PROJECT_SOURCE_DIR}/deploy/systemd/warmfrontd.toml\" DESTINATION \"\${root}/etc/warmfront\")"
             COMPONENT service)
     install(FILES client/lib/answer.h client/lib/any_session.h client/lib/client.h client/lib/pending.h client/lib/questions.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/client/lib)
+    # For C and what calls it: no other library's name is in its interface, nor needed at link time.
+    install(FILES client/c/warmfront.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+    install(TARGETS warmfront_c EXPORT warmfrontTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
     install(DIRECTORY proto/warmfront DESTINATION ${CMAKE_INSTALL_DATADIR}/warmfront/proto
             FILES_MATCHING PATTERN "*.proto")
   endif()

@@ -7,8 +7,8 @@ from concurrent.futures import Future
 from typing import Any
 
 from ._background import Background
+from ._backend import Backend
 from ._questions import Questions
-from ._resume import Link
 from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
 
 
@@ -16,9 +16,9 @@ class BackgroundQuestions(Questions):
     """`submit_step()`, `step_async()` and their like. Arrays that are given have to stay as they are until the answer is
     there."""
 
-    def __init__(self, link: Link) -> None:
-        """Internal: use `Client.session()`."""
-        super().__init__(link)
+    def __init__(self, backend: Backend) -> None:
+        """Internal: use `Client.session()`, `Collider` or `open()`."""
+        super().__init__(backend)
         self._background = Background()
 
     def submit_step(self, positions: Any = None, **arguments: Any) -> Future[Contacts]:

@@ -2,17 +2,14 @@
 """How a session's scene and options are changed between two frames. Thread-safe, as `Session` says."""
 from __future__ import annotations
 
-import uuid
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Optional, Union
 
 from ._asking import Asking
 from ._scene_changes import ChangeBody, ChangeExcludedPairs, ChangeFilters, PutBody, ReplaceElements, SceneChange
 from ._state import SceneState
-from .errors import AbortedError, FailedPreconditionError, UnimplementedError, WarmfrontError, may_resume
 from .options import Options
 from .scene import Body, PairFilters, filters_of
-from .v1 import session_pb2
 
 
 class Changes(Asking):
@@ -89,7 +86,7 @@ class Changes(Asking):
     def options(self) -> Options:
         """As given when the session was created or its options were changed; None where the daemon's default is taken.
         `info().options` has the values in force."""
-        return self._link.options
+        return self._backend.options
 
     def change_options(self, options: Options) -> None:
         """Other options from the next question on, in place of all that were given: `change_options(dataclasses.replace(
@@ -101,72 +98,8 @@ class Changes(Asking):
         UnimplementedError where the daemon is older than this.
         """
         with self._turn:
-            link = self._alive()
-            request = self._request()
-            request.options.SetInParent()
-            options.put_into(request.options)
-            self._need([session_pb2.FEATURE_OPTION_CHANGES])
-            self._carry_out(request)
-            link.options = options
-            link.header.options.CopyFrom(request.options)
+            self._alive().change_options(options)
 
     def _change(self, make: Callable[[SceneState], SceneChange]) -> None:
-        """Has the daemon carry the change out, and then keeps what it makes of the scene."""
-        state = self._alive().state
-        request = self._request()
-        change = make(state)
-        request.changes.append(change.encode(state))
-        self._need(change.features)
-        self._carry_out(request)
-        change.take(state)
-
-    def _request(self) -> session_pb2.ChangeSceneRequest:
-        """A request for changes. From here on there is no trial to commit, whether or not they are carried out."""
-        link = self._alive()
-        if link.unanswered:
-            raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
-        link.trial = None
-        link.may_commit = False
-        return session_pb2.ChangeSceneRequest(session_id=link.session_id, next_frame=int(link.header.first_frame) + 1,
-                                              key=str(uuid.uuid4()))
-
-    def _need(self, features: Sequence[session_pb2.Feature]) -> None:
-        """UnimplementedError where the daemon lacks one of the features. One that is lost the change finds out, too."""
-        for feature in features:
-            try:
-                self._alive().connection.need([feature], self._link.session_id)
-            except UnimplementedError:
-                raise
-            except WarmfrontError:
-                pass
-
-    def _carry_out(self, request: session_pb2.ChangeSceneRequest) -> None:
-        """When the daemon is lost on the way, the session is resumed as it was before the changes, which are sent again with
-        their key: they are carried out once."""
-        link = self._link
-        link.changing = True
-        try:
-            response = self._sent_change(request)
-        finally:
-            link.changing = False
-        link.header.first_revision += 1
-        link.known = response.state if response.HasField("state") else None
-        link.resumes_without_answer = 0
-
-    def _sent_change(self, request: session_pb2.ChangeSceneRequest) -> Any:
-        """v1.ChangeSceneResponse; raises the daemon's refusal of the change."""
-        link = self._link
-        while True:
-            request.ClearField("expected_state")
-            if link.known is not None:
-                request.expected_state.CopyFrom(link.known)
-            try:
-                return link.connection.change(request)
-            except WarmfrontError as error:
-                # This session's next frame: a copy that expects another one is not this session.
-                if error.reason == "FRAME_OUT_OF_ORDER":
-                    error = AbortedError(error.message, reason="STATE_CHANGED")
-                if error.retry_after is not None or not may_resume(error):
-                    raise
-                lost = error
-            link.resume(lost)
+        """Has the change carried out."""
+        self._alive().change(make)

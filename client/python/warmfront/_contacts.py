@@ -183,17 +183,22 @@ def intersections_of(contacts: Contacts, summary: Any) -> Intersections:
     return Intersections(contacts.frame, summary.ef, v[:, :2], v[:, 2:], contacts.statistics)
 
 
+_KINDS = {int(kind): kind for kind in Kind}
+_STATUSES = {int(status): status for status in Status}
+
+
 def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:
     """Of the earliest contacts of a motion, and their v1.StepSummary."""
     first = None
-    if len(contacts) > 0:
-        row = int(np.argmin(contacts.toi))  # with worlds, the earliest of each are listed
-        a, b, c, d = (int(vertex) for vertex in contacts.v[row])
-        first = Contact(Kind(int(contacts.kind[row])), Status(int(contacts.status[row])), (a, b, c, d),
-                        float(contacts.toi[row]))
+    tois = contacts.world_tois
+    if len(contacts.toi) > 0:
+        # With worlds, the earliest of each are listed; without, all are at the same time.
+        row = int(np.argmin(contacts.toi)) if len(tois) > 0 else 0
+        a, b, c, d = contacts.v[row].tolist()
+        first = Contact(_KINDS[contacts.kind.item(row)], _STATUSES[contacts.status.item(row)], (a, b, c, d), contacts.toi.item(row))
     fraction = 1.0 if contacts.earliest_toi is None else contacts.earliest_toi
     return MaxStep(fraction, first, summary.overlaps_at_start, contacts.statistics, contacts.worlds,
-                   np.minimum(contacts.world_tois, 1.0))
+                   np.minimum(tois, 1.0) if len(tois) > 0 else tois)
 
 
 def up_to(trial: Contacts, fraction: float, frame: int) -> Committed:

@@ -6,16 +6,15 @@ from __future__ import annotations
 import time
 from typing import Optional, Union
 
+from ._backend import Answer, only_with_trial
 from ._contacts import REDUCED, AnswerPart, error_from, finish, intersections_of, max_step_of, up_to, vertex_distances_of
 from ._frame import Request, SentCommit
 from ._question import QuestionKind
 from ._resume import Link, TimeUp
-from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
+from .answer import Contacts
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, InternalError, UnavailableError,
                      UnimplementedError, WarmfrontError, lost_session, other_state)
 from .v1 import step_pb2
-
-Answer = Union[Contacts, MaxStep, Committed, Intersections, VertexDistances]
 
 
 class Exchange:
@@ -44,8 +43,7 @@ class Exchange:
         earlier one than this session, where a later one was given up."""
         link = self._link
         if not link.may_commit or (not link.unanswered and link.trial is None):
-            raise FailedPreconditionError(f"{kind}: there is no trial to take since the last step, place, commit, failure or "
-                                          "change of the scene; ask for a trial() or max_step() first")
+            raise FailedPreconditionError(only_with_trial(kind))
 
     def submit(self, request: Request) -> None:
         """After the checks."""

@@ -48,8 +48,8 @@ def find_program() -> str:
             raise UnavailableError(f"$WARMFRONTD is {named}, which is no program that can be run")
         return named
     package = pathlib.Path(__file__).resolve().parent
-    # Build: python/warmfront and bin. Installed: lib/python3/dist-packages/warmfront and bin.
-    beside = [folder / "bin" / "warmfrontd" for folder in package.parents[1:4]]
+    # Wheel: warmfront/bin. Build: python/warmfront and bin. Installed: lib/python3/dist-packages/warmfront and bin.
+    beside = [folder / "bin" / "warmfrontd" for folder in (package, *package.parents[1:4])]
     for path in beside:
         if os.access(path, os.X_OK):
             return str(path)
@@ -81,7 +81,7 @@ class PrivateDaemon:
             shutil.rmtree(folder, ignore_errors=True)
             raise UnavailableError(f"{program} could not be started: {error.strerror}") from None
         self._process = process
-        self._end = weakref.finalize(self, _end, process)
+        self._end = weakref.finalize(self, _end, process, self._log)
         try:
             self._wait(program, timeout)
         except BaseException:
@@ -111,12 +111,15 @@ class PrivateDaemon:
 
     def _said(self) -> str:
         """The end of its log."""
+        if self._log.closed:
+            return "it was ended with its client"
         size = os.fstat(self._log.fileno()).st_size
         text = os.pread(self._log.fileno(), 2000, max(size - 2000, 0)).decode("utf-8", "replace").strip()
         return "; ".join(text.splitlines()[-3:]) or f"it said nothing (exit status {self._process.returncode})"
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def _end(process: subprocess.Popen[bytes], log: IO[bytes]) -> None:
+    log.close()
     assert process.stdin is not None
     process.stdin.close()
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Literal, Optional, get_args
+from typing import Any, Literal, Optional, get_args
 
 from .errors import InvalidArgumentError
 from .options import ContactField, Options, Report, Tier
@@ -49,13 +49,10 @@ class Question:
         """Whether the session is at its frame's end from then on."""
         return self.kind in ("step", "place")
 
-# Without options, as question_of() makes them.
-_PLAIN: dict[str, Question] = {
-    "step": Question("step"),
-    "trial": Question("trial", step_pb2.Question(kind=step_pb2.Question.KIND_TRIAL).SerializeToString()),
-    "max_step": Question("max_step", step_pb2.Question(kind=step_pb2.Question.KIND_MAX_STEP).SerializeToString(), ()),
-    "place": Question("place", step_pb2.Question(kind=step_pb2.Question.KIND_PLACE).SerializeToString(), ()),
-}
+
+# Questions that were made before, by their arguments.
+_MADE: dict[Any, Question] = {}
+_MOST_KEPT = 256
 
 
 def question_of(
@@ -73,10 +70,26 @@ def question_of(
     reduced: bool = False,
 ) -> Question:
     """InvalidArgumentError for what the contract has no word for, and for what does not go together."""
-    # Most questions: a step of a small scene takes no longer than reading all options.
-    given = (tier, tolerance, min_separation, report, fields, max_contacts, where, keep_distance)
-    if kind in _PLAIN and not leave_out_overlaps and not reduced and all(option is None for option in given):
-        return _PLAIN[kind]
+    # A solver asks the same few questions, and a step of a small scene takes no longer than reading all options. With the types
+    # of numbers: 5.0 is refused where 5 is not.
+    if fields is not None and not isinstance(fields, str):
+        fields = tuple(fields)
+    key = (kind, tier, tolerance, min_separation, report, fields, max_contacts, leave_out_overlaps, where, keep_distance, reduced,
+           type(tolerance), type(min_separation), type(max_contacts), type(keep_distance))
+    try:
+        made = _MADE.get(key)
+    except TypeError:  # what has no hash is no option either, and is refused below
+        return _made_of(*key[:11])
+    if made is None:
+        made = _made_of(*key[:11])
+        if len(_MADE) >= _MOST_KEPT:
+            _MADE.clear()
+        _MADE[key] = made
+    return made
+
+
+def _made_of(kind: QuestionKind, tier: Any, tolerance: Any, min_separation: Any, report: Any, fields: Any, max_contacts: Any,
+             leave_out_overlaps: bool, where: Any, keep_distance: Any, reduced: bool) -> Question:
     if kind not in _KINDS:
         raise InvalidArgumentError(f"kind: {kind!r} is none of {', '.join(get_args(QuestionKind))}")
     if kind == "max_step" and (report is not None or fields is not None):

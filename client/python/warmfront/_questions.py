@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any, Optional
 
-from ._asking import Asking, Motion
+from ._asking import Asking
+from ._backend import Motion
 from ._question import Where, distance_of, fraction_of, question_of
 from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
 from .errors import InvalidArgumentError

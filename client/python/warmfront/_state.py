@@ -93,28 +93,39 @@ class SceneState:
 
     def encode(self, number: int, positions: Any, bodies: Mapping[int, Any], poses: Mapping[int, Any], vertices: Any,
                vertex_positions: Any, chunk_bytes: int, question: Question) -> SentFrame:
-        """A frame's messages. InvalidArgumentError for positions that the session's dtype does not hold exactly or of another
-        number than the session's, and for bodies that are not there."""
+        """A frame's messages. Raises as read()."""
+        array, parts = self.read(positions, bodies, poses, vertices, vertex_positions)
+        if array is not None:
+            return SentFrame(number, raw(array), [], chunk_bytes, question)
+        joined = [(part, pieces[0] if len(pieces) == 1 else b"".join(pieces)) for part, pieces in parts]
+        return SentFrame(number, None, [part for part in joined if len(part[1]) > 0], chunk_bytes, question)
+
+    def read(self, positions: Any, bodies: Mapping[int, Any], poses: Mapping[int, Any], vertices: Any,
+             vertex_positions: Any) -> tuple[Optional[npt.NDArray[Any]], list[tuple[int, list[Bytes]]]]:
+        """A frame as the engine takes it: all positions, or fields of v1.MovedParts, each in pieces, where the caller has them.
+        InvalidArgumentError for positions that the session's dtype does not hold exactly or of another number than the
+        session's, and for bodies that are not there."""
         if positions is not None:
             if bodies or poses or vertices is not None or vertex_positions is not None:
                 raise InvalidArgumentError("positions: the frame gives all vertices and also parts; give only one of them")
-            array = positions_of(positions, self.vertex_count, self.dtype)
-            return SentFrame(number, raw(array), [], chunk_bytes, question)
-        parts = [*self._body_parts(bodies), *self._pose_parts(poses), *self._vertex_parts(vertices, vertex_positions)]
-        return SentFrame(number, None, [part for part in parts if len(part[1]) > 0], chunk_bytes, question)
-
-    def _body_parts(self, bodies: Mapping[int, Any]) -> list[Part]:
-        rows = [raw(positions_of(positions, self.body(b, f"bodies[{b}]").vertex_count, self.dtype, f"bodies[{b}]"))
+            return positions_of(positions, self.vertex_count, self.dtype), []
+        parts: list[tuple[int, list[Bytes]]] = []
+        if bodies:
+            rows: list[Bytes] = [
+                raw(positions_of(positions, self.body(b, f"bodies[{b}]").vertex_count, self.dtype, f"bodies[{b}]"))
                 for b, positions in bodies.items()]
-        return [(_frame.BODIES, np.array(list(bodies), dtype="<u4").tobytes()),
-                (_frame.BODY_POSITIONS, rows[0] if len(rows) == 1 else b"".join(rows))]
+            parts += [(_frame.BODIES, [np.array(list(bodies), dtype="<u4").tobytes()]), (_frame.BODY_POSITIONS, rows)]
+        parts += [(part, [data]) for part, data in [*self._pose_parts(poses), *self._vertex_parts(vertices, vertex_positions)]]
+        return None, parts
 
     def _pose_parts(self, poses: Mapping[int, Any]) -> list[Part]:
+        if not poses:
+            return []
         for b in poses:
             self.body(b, f"poses[{b}]")
         matrices = [pose_of(pose, f"poses[{b}]").astype(self.dtype).tobytes() for b, pose in poses.items()]
         # Poses of all rigid bodies in order need no body indices.
-        named = np.array([] if list(poses) == self._rigid() else list(poses), dtype="<u4")
+        named = np.array([] if list(poses) == self.rigid() else list(poses), dtype="<u4")
         return [(_frame.POSE_BODIES, named.tobytes()), (_frame.POSES, b"".join(matrices))]
 
     def _vertex_parts(self, vertices: Any, vertex_positions: Any) -> list[Part]:
@@ -180,6 +191,24 @@ class SceneState:
             rows = self.writable()
             rows[vertices] = vertices_part_way(rows[vertices].astype(np.float64), end.astype(np.float64), fraction, self.dtype)
 
+    def take_parts(self, whole: bool, bodies: Sequence[int], posed: Sequence[int]) -> None:
+        """For who keeps the positions elsewhere: which bodies are at a pose, after a frame that gave these."""
+        if whole:
+            self._forget_poses()
+        for b in bodies:
+            self.poses[b] = None
+        for b in posed:
+            self.poses[b] = np.eye(3, 4)
+
+    def rows(self) -> npt.NDArray[Any]:
+        """(n, 3) of the session's dtype, as they are kept: of rigid bodies with a pose, their reference shapes."""
+        return np.frombuffer(self.positions(), self.dtype).reshape(-1, 3)
+
+    def forget_rows(self) -> None:
+        """The positions are kept elsewhere: from now on only their number is known here."""
+        self._latest = None
+        self._rows = np.empty_like(self._rows)  # memory that is never touched is never there
+
     def _forget_poses(self) -> None:
         """All vertices were given, which says nothing of half-spaces."""
         self.poses = [pose if body.half_space is not None else None for body, pose in zip(self.bodies, self.poses)]
@@ -196,7 +225,7 @@ class SceneState:
         matrices = np.frombuffer(frame.bytes_of(_frame.POSES), self.dtype).reshape(-1, 3, 4).astype("<f8")
         if len(matrices) > 0:
             named: list[int] = np.frombuffer(frame.bytes_of(_frame.POSE_BODIES), "<u4").tolist()
-            yield from zip(named or self._rigid(), matrices)
+            yield from zip(named or self.rigid(), matrices)
 
     def _vertices_in(self, frame: SentFrame) -> tuple[npt.NDArray[np.uint32], npt.NDArray[Any]]:
         vertices = np.frombuffer(frame.bytes_of(_frame.VERTICES), "<u4")
@@ -240,7 +269,7 @@ class SceneState:
             raise InvalidArgumentError(f"{where}: body {index!r} is not in [0, {len(self.bodies)})")
         return self.bodies[index]
 
-    def _rigid(self) -> list[int]:
+    def rigid(self) -> list[int]:
         return [b for b, body in enumerate(self.bodies) if body.kind == "rigid"]
 
     def writable(self) -> npt.NDArray[Any]:

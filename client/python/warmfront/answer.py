@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A daemon's answers. Plain values, safe to share between threads."""
+"""Answers. Plain values, safe to share between threads."""
 from __future__ import annotations
 
 import enum
@@ -142,6 +142,10 @@ _COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "direct
             "multiplicity", "stencil")
 
 
+_NO_WORLDS: npt.NDArray[np.uint32] = np.empty(0, "<u4")
+_NO_TIMES: npt.NDArray[np.float64] = np.empty(0, "<f8")
+
+
 class Contacts:
     """One frame's answer: k contacts as columns, sorted by kind, then by the numbers of the first and of the second feature.
 
@@ -161,19 +165,20 @@ class Contacts:
     Of `proximity(reduced=True)`, else None: multiplicity (k) uint32, how many rows have the same closest features where they
     are not reduced; stencil (k) uint8: bit i is set where v[:, i] is of these features, all four of nearly parallel edges. See
     `stencils()`.
-    Computed on first use, from the scene at this frame: bodies, faces, edges.
+    Computed on first use, from the scene at this frame: bodies, faces, edges; from squared_distance: distance.
 
     frame: its number; of a trial, that of the next frame. vf, ee: how many there are, also when the report is "count" and
     the columns are empty; of a reduced answer, of all rows before they were reduced. ee: edge-edge ones, and with points; ve, vv:
     how many of these are vertex-edge and vertex-vertex. vh: vertex-half-space ones, which are not in ee.
     possible: of all, those neither proved nor excluded. earliest_toi: of a motion the least toi; None without contacts, and
     of `proximity()`, which has no motion.
-    queue_ms: milliseconds in the daemon between the frame's arrival and its step.
+    queue_ms: milliseconds in the daemon between the frame's arrival and its step; 0 in this process.
     Of report "earliest" in a scene with worlds, whose rows are the earliest of each, else empty: worlds (w) uint32, ascending,
     with 0 where a body is in none, and world_tois (w) float64, the least toi in each, infinity without a contact.
 
-    The columns are read-only views into the received message, possibly unaligned: `numpy.require(x, requirements="A")`
-    copies if needed. Only an answer of several messages (beyond the daemon's answer_chunk_bytes) is copied, once.
+    The columns are read-only views: of the engine's own memory in this process; of the received message behind a daemon,
+    possibly unaligned there: `numpy.require(x, requirements="A")` copies if needed. Only an answer of several messages
+    (beyond the daemon's answer_chunk_bytes) is copied, once.
     """
 
     def __init__(
@@ -218,11 +223,16 @@ class Contacts:
         self.possible: int = summary.possible
         self.earliest_toi: Optional[float] = summary.earliest_toi if summary.HasField("earliest_toi") else None
         self.queue_ms: float = summary.queue_ms
-        self.worlds: npt.NDArray[np.uint32] = np.empty(0, "<u4") if worlds is None else worlds
-        self.world_tois: npt.NDArray[np.float64] = np.empty(0, "<f8") if world_tois is None else world_tois
+        self.worlds: npt.NDArray[np.uint32] = _NO_WORLDS if worlds is None else worlds
+        self.world_tois: npt.NDArray[np.float64] = _NO_TIMES if world_tois is None else world_tois
         self._topology = topology
         self._statistics = summary.statistics
         self._all_deformable = summary.all_deformable if summary.HasField("all_deformable") else None
+
+    @cached_property
+    def distance(self) -> Optional[npt.NDArray[np.float64]]:
+        """(k) float64, scene length unit: of the closest points, along `direction`; None without the field "squared_distance"."""
+        return None if self.squared_distance is None else np.sqrt(self.squared_distance)
 
     @cached_property
     def bodies(self) -> Optional[npt.NDArray[np.int64]]:

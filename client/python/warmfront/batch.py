@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _frame
-from ._asking import Motion
+from ._backend import Motion
 from ._frame import Part
 from ._question import question_of
 from ._state import raw
@@ -20,7 +20,7 @@ from ._stencils import RowsByVertex
 from .answer import Committed, Contacts, Kind, MaxStep
 from .errors import FailedPreconditionError, InvalidArgumentError
 from .scene import Body, edges_of, faces_of, indices_of, numbers_of, positions_of
-from .session import Session
+from .session import AnySession
 
 Shared = Sequence[tuple[Body, Any, Any]]
 
@@ -198,7 +198,7 @@ class Batch:
     vertices are added or replaced there: FailedPreconditionError then.
     """
 
-    def __init__(self, session: Session, copies: Copies) -> None:
+    def __init__(self, session: AnySession, copies: Copies) -> None:
         """Internal: use `Client.batch()`."""
         self.session = session
         self._copies = copies

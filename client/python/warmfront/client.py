@@ -5,11 +5,9 @@ from __future__ import annotations
 import uuid
 from collections.abc import Mapping, Sequence
 from types import TracebackType
-from typing import Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Optional, Union
 
-from ._connection import Connection
 from ._private_daemon import PrivateDaemon
-from ._resume import Link
 from ._state import SceneState
 from .batch import Batch, Copies
 from .errors import InvalidArgumentError
@@ -18,6 +16,9 @@ from .options import Options, Timeouts, Security
 from .scene import Body, PairFilters, filters_of
 from .session import Session
 from .v1 import session_pb2
+
+if TYPE_CHECKING:  # who computes in this process needs no gRPC, and does not wait for it
+    from ._connection import Connection
 
 
 def connect(address: Optional[str] = None, *, security: Security = Security(), timeouts: Timeouts = Timeouts(),
@@ -35,6 +36,8 @@ def connect(address: Optional[str] = None, *, security: Security = Security(), t
     TLS handshake looks like, and when none can be started; UnauthenticatedError for a token that it does not know;
     InvalidArgumentError for files that cannot be read, and for a token that would travel in the clear.
     """
+    from ._connection import Connection
+
     if patience is not None:
         timeouts = patience
     private = None
@@ -96,12 +99,15 @@ class Client:
         InvalidArgumentError for bad input, AlreadyExistsError for an id that is taken, ResourceExhaustedError beyond the
         daemon's limits.
         """
+        from ._remote import Remote
+        from ._resume import Link
+
         state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness, edges)
         header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=first_frame)
         options.put_into(header.options)
         link = Link(self._connection, header, state, options)
         link.open()
-        return Session(link)
+        return Session(Remote(link))
 
     def batch(
         self,

@@ -26,7 +26,7 @@ _FIELDS = ("weights", "normal", "points", "direction", "squared_distance", "clos
 
 @dataclass(frozen=True)
 class Options:
-    """Of a session's collider. None takes the daemon's default, stated here; `Session.info()` returns the values in force.
+    """Of a session. None takes the default, stated here; `Session.info()` returns the values in force.
 
     tier: "fast" may miss and may invent contacts; "certified" (default) never misses, and may report pairs within
         tolerance; "exact" is right.
@@ -39,7 +39,7 @@ class Options:
         `Session.intersections()` alone, "vertex-distances" of `Session.vertex_distances()`.
     front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
         max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
-    find_bodies, find_rigid, separate_parts: what the daemon finds by itself, on unless False; the contacts are the same.
+    find_bodies, find_rigid, separate_parts: what the engine finds by itself, on unless False; the contacts are the same.
     explain: step an all-deformable scene beside: `Contacts.all_deformable` tells what the scene's model saves.
     max_contacts: a step with more fails with ResourceExhaustedError.
     fields: what else to tell of a contact, see `Contacts`; what is not asked for is neither computed nor sent. "normal" is

@@ -60,6 +60,25 @@ void expect_error(const Result<T>& failed, ErrorCode code, const std::string& wh
   expect_error(failed ? Status{} : Status(failed.error()), code, what);
 }
 
+// Whether a step fails with one before it depends on what was waited for, and not on how fast that one
+// failed.
+TEST_P(AnySessionWaitsTest, WhatIsAskedBeforeAFailureIsKnownFailsToo) {
+  AnySession session = open();
+  std::vector<double> bad = at(1);
+  bad[4] = std::numeric_limits<double>::infinity();
+  const std::vector<double> there = at(1);
+  Pending<Answer> near = session.proximity_async(0.3);
+  Pending<Answer> failing = session.step_async(Frame{Doubles(bad)});
+  EXPECT_TRUE(near.get().ok());
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // it may have failed by now, or not
+  Pending<Answer> later = session.step_async(Frame{Doubles(there)});
+  expect_error(failing.get(), ErrorCode::kInvalidArgument, "positions[1].y");
+  expect_error(later.get(), ErrorCode::kFailedPrecondition, "");
+  const Result<Answer> again = session.step(Frame{Doubles(there)});
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again.value().frame, 1U);
+}
+
 // Many more than a window, taken from the last to the first: the answers of a session that waits for each.
 TEST_P(AnySessionWaitsTest, WhatIsNotWaitedForHasTheSameAnswers) {
   AnySession waiting = open(), session = open();

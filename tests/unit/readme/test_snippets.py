@@ -31,6 +31,25 @@ set(CMAKE_BUILD_TYPE Debug)
 find_package(warmfront REQUIRED)
 """
 
+C_PRELUDE = """
+#include <stdint.h>
+#include <stdio.h>
+static int used = 0;
+static void use(int kind, const uint32_t* vertices, double toi, const double* normal) {
+  used += kind <= 5 && vertices[0] < 6 && toi <= 1 && normal != NULL;
+}
+static int fail(const char* text) {
+  fprintf(stderr, "%s\\n", text);
+  return 1;
+}
+int main(void) {
+  static const double V0[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, .25, .25, 1, 1.25, .25, 1, .25, 1.25, 1};
+  static const double V1[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, .25, .25, -1, 1.25, .25, -1, .25, 1.25, -1};
+  static const int32_t F[] = {0, 1, 2, 3, 4, 5};
+  const uint32_t n = 6;
+  const size_t m = 2;
+"""
+
 PYTHON_PRELUDE = """
 import numpy as np
 V0 = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [.25, .25, 1], [1.25, .25, 1], [.25, 1.25, 1]])
@@ -121,6 +140,24 @@ def test_a_value_that_is_none_ends_with_the_error(built):
 def test_whole_programs(built, name):
     done = run([built / name])
     assert done.returncode == 0 and re.fullmatch(r"used [1-9]\d*\n", done.stdout), done.stdout + done.stderr
+
+
+def test_c(tmp_path):
+    """Against what is installed, as a program that knows neither CMake nor C++."""
+    subprocess.run(["cmake", "--install", os.environ["WARMFRONT_BUILD"], "--prefix", tmp_path, "--component", "development"], check=True,
+                   stdout=subprocess.DEVNULL)
+    (library,) = tmp_path.rglob("libwarmfront.so")
+    snippets = [text for page in PAGES for kind, text in BLOCKS[page] if kind == "c"]
+    assert snippets
+    for text in snippets:
+        above = [line for line in text.splitlines() if line.startswith("#include")]
+        inside = [line for line in text.splitlines() if line not in above]
+        (tmp_path / "snippet.c").write_text("\n".join([*above, C_PRELUDE, *inside, 'printf("used %d\\n", used);', "}\n"]))
+        done = run(["cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-o", tmp_path / "snippet", tmp_path / "snippet.c",
+                    f"-I{tmp_path}/include", f"-L{library.parent}", f"-Wl,-rpath,{library.parent}", "-lwarmfront"])
+        assert done.returncode == 0, done.stderr
+        done = run([tmp_path / "snippet"])
+        assert (done.returncode, done.stdout) == (0, "used 3\n"), done.stderr
 
 
 def python_snippets():

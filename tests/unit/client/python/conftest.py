@@ -83,6 +83,23 @@ def client(daemon):
         yield connected
 
 
+class Here:
+    """Sessions in this process, made as a client makes them."""
+
+    session = staticmethod(warmfront.Collider)
+    batch = staticmethod(warmfront.open_batch)
+
+
+@pytest.fixture(params=["daemon", "here"])
+def anywhere(request):
+    """What makes sessions: a client of a daemon, and this process. What is asked of either is answered alike."""
+    if request.param == "daemon":
+        return request.getfixturevalue("client")
+    if not warmfront.has_engine():
+        pytest.skip("pybind11-dev is not installed")
+    return Here()
+
+
 class Scene:
     """A built-in scene as `warmfront scene` writes it: faces (m, 3), frames (k, n, 3) float32, bodies."""
 

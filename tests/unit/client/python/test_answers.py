@@ -89,9 +89,9 @@ def test_reports(client, cloth):
         assert (c.vf, c.ee, len(c)) == (a.vf, a.ee, 0) and bool(c) == bool(a)
 
 
-def test_fields_come_where_asked_for(client):
+def test_fields_come_where_asked_for(anywhere):
     before, after, faces = triangle_through_triangle()
-    with client.session(before, faces, options=Options(fields=["weights", "normal", "points"])) as session:
+    with anywhere.session(before, faces, options=Options(fields=["weights", "normal", "points"])) as session:
         contacts = session.step(after)
         rest = session.step(after)
     assert contacts.kind.tolist() == [Kind.VERTEX_FACE, Kind.EDGE_EDGE, Kind.EDGE_EDGE]
@@ -104,31 +104,31 @@ def test_fields_come_where_asked_for(client):
     table = contacts.table()
     assert table.dtype.names == ("kind", "status", "v", "toi", "weights", "normal", "points")
     assert (table["v"] == contacts.v).all() and (table["points"] == contacts.points).all()
-    with client.session(before, faces) as session:
+    with anywhere.session(before, faces) as session:
         assert session.step(after).weights is None
 
 
-def test_lists_and_whole_numbers_are_taken_exactly(client):
+def test_lists_and_whole_numbers_are_taken_exactly(anywhere):
     before, after, faces = triangle_through_triangle()
     before, after = 4 * before, 4 * after
-    with client.session(before, faces) as session:
+    with anywhere.session(before, faces) as session:
         expected = bits(session.step(after))
     for V0, V1 in ((before.tolist(), after.tolist()), (before.astype(int), after.astype(np.int16)),
                    (before, after.tolist()), (before.tolist(), after.astype(np.float16))):
-        with client.session(V0, faces.tolist()) as session:
+        with anywhere.session(V0, faces.tolist()) as session:
             assert bits(session.step(V1)) == expected
-    with client.session(before.astype(np.float32), faces) as session:
+    with anywhere.session(before.astype(np.float32), faces) as session:
         assert session.info().dtype == "float32"
         session.step(after.tolist())
         with pytest.raises(warmfront.InvalidArgumentError, match=r"positions\[0, 0\]: 0.1 is not exactly a float32"):
             session.step((after + 0.1).tolist())
 
 
-def test_contacts_know_their_bodies_faces_and_edges(client, crowd):
+def test_contacts_know_their_bodies_faces_and_edges(anywhere, crowd):
     """By brute force over the scene's faces."""
     spare = crowd.frames[0][:crowd.bodies[0].vertex_count] + np.float32(100)
     own = crowd.faces[(crowd.faces < len(spare)).all(axis=1)]
-    with client.session(crowd.frames[0], crowd.faces, bodies=crowd.bodies, options=Options(min_separation=0.05)) as session:
+    with anywhere.session(crowd.frames[0], crowd.faces, bodies=crowd.bodies, options=Options(min_separation=0.05)) as session:
         added = session.add_body(Body(len(spare)), own, spare)
         faces = np.concatenate([crowd.faces, own + len(crowd.frames[0])])
         edges = sorted({tuple(sorted((int(f[i]), int(f[i - 1])))) for f in faces for i in range(3)})
@@ -148,18 +148,18 @@ def test_contacts_know_their_bodies_faces_and_edges(client, crowd):
                 assert [edges[e] for e in contacts.edges[row]] == [tuple(sorted(v[:2])), tuple(sorted(v[2:]))]
 
 
-def test_duplicate_faces_are_told_apart(client):
+def test_duplicate_faces_are_told_apart(anywhere):
     before, after, faces = triangle_through_triangle()
     faces = np.concatenate([faces, faces[:1], faces[:1, [1, 2, 0]]])
-    with client.session(before, faces) as session:
+    with anywhere.session(before, faces) as session:
         contacts = session.step(after)
         assert contacts.faces[contacts.kind == Kind.VERTEX_FACE].tolist() == [0, 2, 3]
         assert contacts.bodies is None  # none were declared
 
 
-def test_a_face_may_repeat_a_vertex(client):
+def test_a_face_may_repeat_a_vertex(anywhere):
     before, after, _ = triangle_through_triangle()
-    with client.session(before, [[0, 1, 2], [3, 3, 4]]) as session:
+    with anywhere.session(before, [[0, 1, 2], [3, 3, 4]]) as session:
         contacts = session.step(after)
         # The segment's first end; and the segment, which crosses the hypotenuse.
         assert contacts.v.tolist() == [[3, 0, 1, 2], [1, 2, 3, 4]]

@@ -77,12 +77,12 @@ def test_arrays_elsewhere_say_so():
             call()
 
 
-def test_a_session_of_foreign_arrays(client):
-    with client.session(BEFORE, FACES) as session:
+def test_a_session_of_foreign_arrays(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         expected = bits(session.step(AFTER))
-    with client.session(Foreign(BEFORE), Foreign(FACES)) as session:
+    with anywhere.session(Foreign(BEFORE), Foreign(FACES)) as session:
         assert bits(session.step(Foreign(AFTER))) == expected
-    with client.session(BEFORE, FACES.astype(np.uint8)) as session:
+    with anywhere.session(BEFORE, FACES.astype(np.uint8)) as session:
         assert bits(session.step(AFTER.astype(np.float32))) == expected  # exactly float64
         session.step(vertices=Foreign(np.array([3, 4])), vertex_positions=Foreign(BEFORE[3:5]))
         with pytest.raises(warmfront.InvalidArgumentError):

@@ -19,24 +19,24 @@ def at_fractions(fractions):
     return BEFORE + np.reshape(fractions, (-1, 1, 1)) * (AFTER - BEFORE)
 
 
-def test_bodies_of_two_worlds_never_meet(client):
+def test_bodies_of_two_worlds_never_meet(anywhere):
     for worlds, met in (((0, 0), True), ((1, 0), True), ((7, 7), True), ((1, 2), False), ((2 ** 32 - 1, 1), False)):
         bodies = [Body(3, world=worlds[0]), Body(3, world=worlds[1])]
-        with client.session(BEFORE, FACES, bodies=bodies) as session:
+        with anywhere.session(BEFORE, FACES, bodies=bodies) as session:
             assert bool(session.step(AFTER)) == met
             assert session.info().world_count == len({world for world in worlds if world})
             session.change_body(0, Body(3, world=worlds[1]))
             assert session.step(BEFORE), "now they are in one"
     with pytest.raises(InvalidArgumentError, match="world 4294967296 is not"):
-        client.session(BEFORE, FACES, bodies=[Body(3, world=2 ** 32), Body(3)])
+        anywhere.session(BEFORE, FACES, bodies=[Body(3, world=2 ** 32), Body(3)])
 
 
-def test_the_earliest_of_each_world_is_told(client):
+def test_the_earliest_of_each_world_is_told(anywhere):
     positions = np.concatenate([BEFORE, BEFORE, BEFORE])
     target = np.concatenate(at_fractions([1, 0.25, 4]))
     bodies = [Body(3, world=world) for world in (5, 5, 9, 9, 7, 7)]
     faces = np.concatenate([FACES + 6 * k for k in range(3)])
-    with client.session(positions, faces, bodies=bodies) as session:
+    with anywhere.session(positions, faces, bodies=bodies) as session:
         told = session.trial(target, report="earliest", tier="exact")
         assert told.worlds.tolist() == [5, 7, 9] and told.world_tois.tolist() == [0.5, 0.125, np.inf]
         assert told.earliest_toi == 0.125 and set(told.toi) == {0.5, 0.125} and not told.worlds.flags.writeable
@@ -44,17 +44,17 @@ def test_the_earliest_of_each_world_is_told(client):
         assert limit.fraction == 0.125 and limit.worlds.tolist() == [5, 7, 9]
         assert limit.world_fractions.tolist() == [0.5, 0.125, 1]
         assert len(session.trial(target).worlds) == 0, "of report earliest alone"
-    with client.session(BEFORE, FACES, bodies=PAIR) as session:
+    with anywhere.session(BEFORE, FACES, bodies=PAIR) as session:
         assert len(session.step(AFTER, report="earliest").worlds) == 0 and len(session.max_step(BEFORE).worlds) == 0
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("shared", [(), (GROUND,)])
-def test_a_batch_answers_as_each_copy_alone(client, shared, dtype):
+def test_a_batch_answers_as_each_copy_alone(anywhere, shared, dtype):
     fractions = np.array([1, 0.25, 0.75, 4, 0])
     target = at_fractions(fractions).astype(dtype)
     start = BEFORE.astype(dtype)
-    with client.batch(5, start, FACES, bodies=PAIR, shared=shared) as batch:
+    with anywhere.batch(5, start, FACES, bodies=PAIR, shared=shared) as batch:
         assert batch.count == 5 and batch.positions.shape == (5, 6, 3) and (batch.positions == start).all()
         limits = batch.max_step(target)
         told = batch.trial(target)
@@ -64,7 +64,7 @@ def test_a_batch_answers_as_each_copy_alone(client, shared, dtype):
             first = 4 * len(shared)
             ground = np.reshape([p for _, _, p in shared], (-1, 3)).astype(dtype)
             faces = np.concatenate([np.reshape([f for _, f, _ in shared], (-1, 3)).astype(int), FACES + first])
-            with client.session(np.concatenate([ground, start]), faces, bodies=[*(b for b, _, _ in shared), *PAIR]) as alone:
+            with anywhere.session(np.concatenate([ground, start]), faces, bodies=[*(b for b, _, _ in shared), *PAIR]) as alone:
                 whole = alone.trial(bodies={len(shared): target[world, :3], len(shared) + 1: target[world, 3:]})
                 rows = told.rows(world)
                 assert np.array_equal(told.contacts.toi[rows], whole.toi)
@@ -91,10 +91,10 @@ def test_a_batch_answers_as_each_copy_alone(client, shared, dtype):
         assert np.allclose(batch.positions, at_fractions(fractions / 2), atol=1e-6)
 
 
-def test_rigid_bodies_of_a_batch_go_by_poses(client):
+def test_rigid_bodies_of_a_batch_go_by_poses(anywhere):
     down = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -2]], float)
     stay = np.eye(3, 4)
-    with client.batch(3, BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as batch:
+    with anywhere.batch(3, BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as batch:
         told = batch.trial(poses=np.stack([down, stay, down])[:, None], tier="exact")
         assert (told.counts > 0).tolist() == [True, False, True] and told.tois[0] == 0.5
         moved = np.broadcast_to(BEFORE[:3] - [0, 0, 5], (3, 3, 3))
@@ -106,9 +106,9 @@ def test_rigid_bodies_of_a_batch_go_by_poses(client):
             batch.step(poses=np.stack([down] * 3))
 
 
-def test_half_spaces_are_shared_or_each_copys_own(client):
+def test_half_spaces_are_shared_or_each_copys_own(anywhere):
     plane = lambda z, **more: Body(kind="static", half_space=((0, 0, z), (0, 0, 1)), **more)
-    with client.batch(3, BEFORE, FACES, bodies=[*PAIR, plane(-0.75)], shared=[(plane(-1.5), None, None), GROUND]) as batch:
+    with anywhere.batch(3, BEFORE, FACES, bodies=[*PAIR, plane(-0.75)], shared=[(plane(-1.5), None, None), GROUND]) as batch:
         target = at_fractions([0.75, 0.95, 1.5])  # down to -0.5, -0.9 and -2
         told = batch.trial(target)
         half = told.contacts.kind == warmfront.Kind.VERTEX_HALF_SPACE
@@ -118,19 +118,19 @@ def test_half_spaces_are_shared_or_each_copys_own(client):
         limits = batch.max_step(target)
         assert limits.tolist() == [told.tois[world] for world in range(3)]
         with pytest.raises(InvalidArgumentError, match=r"shared\[0\].positions"):
-            client.batch(3, BEFORE, FACES, shared=[(Body(3), [[0, 1, 2]], None)])
+            anywhere.batch(3, BEFORE, FACES, shared=[(Body(3), [[0, 1, 2]], None)])
 
 
-def test_the_first_contact_is_that_of_the_least_time(client):
+def test_the_first_contact_is_that_of_the_least_time(anywhere):
     for tier in ("certified", "exact"):
-        with client.batch(3, BEFORE, FACES, bodies=PAIR) as batch:
+        with anywhere.batch(3, BEFORE, FACES, bodies=PAIR) as batch:
             poses = at_fractions([0.75, 0.25, 4])
             limit = batch.session.max_step(poses.reshape(-1, 3), tier=tier)
             assert limit.fraction == limit.first.toi == limit.world_fractions.min() and set(limit.first.v) <= set(range(12, 18))
 
 
-def test_a_batch_ends_where_the_session_is_laid_out_otherwise(client):
-    with client.batch(2, BEFORE, FACES, bodies=PAIR) as batch:
+def test_a_batch_ends_where_the_session_is_laid_out_otherwise(anywhere):
+    with anywhere.batch(2, BEFORE, FACES, bodies=PAIR) as batch:
         batch.session.change_filters({"within_edges": 1})
         batch.session.change_body(0, Body(3, name="renamed", world=1))
         batch.session.replace_elements(0, [[2, 1, 0]])
@@ -175,8 +175,8 @@ def test_what_is_no_batch_is_refused(client, message, arguments):
     assert client.list_sessions() == []
 
 
-def test_what_does_not_fit_a_batch_is_refused(client):
-    with client.batch(2, BEFORE, FACES, bodies=[Body(3, "static"), Body(3)]) as batch:
+def test_what_does_not_fit_a_batch_is_refused(anywhere):
+    with anywhere.batch(2, BEFORE, FACES, bodies=[Body(3, "static"), Body(3)]) as batch:
         for message, arguments in (
                 (r"positions: shape \(6, 3\); give \(2, 6, 3\)", {"positions": BEFORE}),
                 (r"worlds: copy 2 is not in \[0, 2\)", {"positions": BEFORE[None], "worlds": [2]}),

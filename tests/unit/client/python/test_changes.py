@@ -54,8 +54,8 @@ def test_excluded_pairs_come_and_go(daemon, client):
     (r"excluded_pairs\[0\]: \(0, -1\) are no two indices of bodies", lambda s: s.change_excluded_pairs([(0, -1)])),
     (r"excluded_pairs\[0\]: \(0,\) are no two", lambda s: s.change_excluded_pairs([(0,)])),
 ])
-def test_what_does_not_fit_is_refused(client, message, change):
-    with client.session(squares(0.5), FACES, bodies=BODIES) as session:
+def test_what_does_not_fit_is_refused(anywhere, message, change):
+    with anywhere.session(squares(0.5), FACES, bodies=BODIES) as session:
         with pytest.raises(InvalidArgumentError, match=message):
             change(session)
         assert session.options == Options()
@@ -82,8 +82,8 @@ def test_what_is_larger_than_a_message_is_sent_in_pieces(start_daemon):
         assert session.info().face_count == 2 + len(faces) + len(faces) - 1
 
 
-def test_not_while_frames_are_on_their_way(client):
-    with client.session(squares(0.5), FACES, bodies=BODIES) as session:
+def test_not_while_frames_are_on_their_way(anywhere):
+    with anywhere.session(squares(0.5), FACES, bodies=BODIES) as session:
         session.submit(squares(-0.5))
         for change in (lambda: session.change_options(Options()), lambda: session.change_excluded_pairs([])):
             with pytest.raises(FailedPreconditionError, match="unanswered"):

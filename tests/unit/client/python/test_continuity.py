@@ -58,8 +58,8 @@ def test_is_what_sets_say_also_where_a_daemon_dies(start_daemon, client, cloth, 
         assert min(kept, new, ended) > 10 and other.resumes > 0
 
 
-def test_a_change_of_the_scene_keeps_what_was_there(client):
-    with client.session(BEFORE, FACES, bodies=[Body(3), Body(3)]) as session:
+def test_a_change_of_the_scene_keeps_what_was_there(anywhere):
+    with anywhere.session(BEFORE, FACES, bodies=[Body(3), Body(3)]) as session:
         before = session.proximity(2.0)
         session.add_body(Body(3), [[0, 1, 2]], BEFORE[:3] + [0, 0, 0.1])
         session.change_body(0, Body(3, mask=2, group=2))
@@ -70,8 +70,8 @@ def test_a_change_of_the_scene_keeps_what_was_there(client):
         assert len(expect(before, session.proximity(2.0)).ended) == 0
 
 
-def test_values_are_carried_over(client):
-    with client.session(BEFORE, FACES) as session:
+def test_values_are_carried_over(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         none, some = session.proximity(1e-3), session.proximity(1.01)
         more = session.proximity(2.0)
         assert 0 < len(some) < len(more)
@@ -95,8 +95,8 @@ def test_values_are_carried_over(client):
             made.carry(1.0)
 
 
-def test_nothing_before_and_answers_that_differ(client):
-    with client.session(BEFORE, FACES) as session:
+def test_nothing_before_and_answers_that_differ(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         none, some = session.proximity(1e-3), session.proximity(2.0)
         assert expect(None, some).new.all() and len(expect(none, none).kept) == 0
         assert list(continuity(some, none).ended) == list(range(len(some)))

@@ -72,9 +72,9 @@ def test_what_is_no_edge_is_refused(client, message, edges):
     assert client.list_sessions() == []
 
 
-def test_points_come_near_edges_and_each_other(client):
+def test_points_come_near_edges_and_each_other(anywhere):
     points = np.array([[0, 0, 0.3], [0, 0.4, 0.3], [9, 9, 9]])
-    with client.session(np.concatenate([CROSS, points]), edges=RODS) as session:
+    with anywhere.session(np.concatenate([CROSS, points]), edges=RODS) as session:
         assert not session.step(np.concatenate([CROSS, points + [0, 0, -0.1]])), "touching is all that counts"
         near = session.proximity(0.45)
         assert near.kind.tolist() == [Kind.VERTEX_EDGE, Kind.VERTEX_EDGE, Kind.VERTEX_VERTEX]
@@ -87,11 +87,11 @@ def test_points_come_near_edges_and_each_other(client):
         assert warmfront.continuity(near, session.proximity(0.45)).kept.tolist() == [0, 1, 2]
 
 
-def test_particles_of_a_radius_collide(client):
+def test_particles_of_a_radius_collide(anywhere):
     """Two that pass each other, and a third that stays away."""
     before = np.array([[0, 0, 0], [1, 0.1, 0], [0, 5, 0]], float)
     after = np.array([[1, 0, 0], [0, 0.1, 0], [0, 5, 0]], float)
-    with client.session(before, thickness=0.1) as session:
+    with anywhere.session(before, thickness=0.1) as session:
         contacts = session.step(after)
         assert contacts.v.tolist() == [[0, 0, 1, 1]] and contacts.vv == 1
         closing = (1 - np.sqrt(0.2 ** 2 - 0.1 ** 2)) / 2

@@ -68,8 +68,8 @@ def test_a_bad_scene(client, message, arguments):
     (r"frame 1: vertices", dict(vertices=[1, 1], vertex_positions=AFTER[:2])),
     (r"frame 1: vertex_positions: shape \(3, 3\), but \(2, 3\)", dict(vertices=[0, 1], vertex_positions=AFTER[:3])),
 ])
-def test_a_bad_frame_changes_nothing(client, message, frame):
-    with client.session(BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as session:
+def test_a_bad_frame_changes_nothing(anywhere, message, frame):
+    with anywhere.session(BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as session:
         with pytest.raises(InvalidArgumentError, match=message):
             session.step(**frame)
         assert session.last_frame == 0
@@ -88,8 +88,8 @@ def test_codes_of_the_daemon_have_classes_of_their_own(client):
     assert error.value.code == Code.NOT_FOUND and isinstance(error.value, WarmfrontError)
 
 
-def test_limits_say_which_and_the_session_goes_on(client):
-    with client.session(BEFORE, FACES, options=Options(max_contacts=2)) as session:
+def test_limits_say_which_and_the_session_goes_on(anywhere):
+    with anywhere.session(BEFORE, FACES, options=Options(max_contacts=2)) as session:
         with pytest.raises(warmfront.ResourceExhaustedError, match="contacts") as error:
             session.step(AFTER)
         assert error.value.reason == "LIMIT" and error.value.limit

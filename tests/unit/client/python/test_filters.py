@@ -15,8 +15,8 @@ def pairs_of(contacts):
     return {tuple(row) for row in np.asarray(contacts.v).tolist()}
 
 
-def test_each_kind_leaves_its_pairs_out(client):
-    with client.session(BEFORE, FACES) as session:
+def test_each_kind_leaves_its_pairs_out(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         all_pairs = pairs_of(session.step(AFTER))
     assert len(all_pairs) == 3
     vertex = next(v for v in all_pairs if v[0] in (3, 4, 5))[0] if any(v[0] >= 3 for v in all_pairs) else 3
@@ -33,7 +33,7 @@ def test_each_kind_leaves_its_pairs_out(client):
         (PairFilters(near_at_rest=0.5, rest_positions=np.zeros((6, 3), np.float32)), set()),
         (PairFilters(within_edges=3), all_pairs),  # of two pieces
     ]:
-        with client.session(BEFORE, FACES, filters=filters) as session:
+        with anywhere.session(BEFORE, FACES, filters=filters) as session:
             answer = session.step(AFTER)
             assert pairs_of(answer) == left, filters
             counts = answer.statistics.counts
@@ -42,8 +42,8 @@ def test_each_kind_leaves_its_pairs_out(client):
             assert (counts.triangle_pairs_filtered + counts.feature_pairs_filtered > 0) == reached
 
 
-def test_tangles_within_them_are_told_without_them(client):
-    with client.session(0.5 * (BEFORE + AFTER), FACES, filters={"patches": np.ones(6, int)}) as session:
+def test_tangles_within_them_are_told_without_them(anywhere):
+    with anywhere.session(0.5 * (BEFORE + AFTER), FACES, filters={"patches": np.ones(6, int)}) as session:
         assert not session.intersections()
         session.change_filters(None)
         assert session.intersections()
@@ -113,8 +113,8 @@ def test_what_is_no_filter_changes_nothing(client, message, filters):
     assert client.list_sessions() == []
 
 
-def test_a_change_needs_its_rest_shape(client):
-    with client.session(BEFORE, FACES) as session:
+def test_a_change_needs_its_rest_shape(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         with pytest.raises(InvalidArgumentError, match="filters.rest_positions: 0 values where 18 are expected"):
             session.change_filters({"near_at_rest": 0.5})
         session.change_filters({"near_at_rest": 10, "rest_positions": BEFORE})

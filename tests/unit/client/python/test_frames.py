@@ -18,11 +18,11 @@ def placed(pose, rest):
     return ((pose[:, 0] * rest[:, 0:1] + pose[:, 1] * rest[:, 1:2]) + pose[:, 2] * rest[:, 2:3]) + pose[:, 3]
 
 
-def test_bodies_and_single_vertices_are_as_all_positions(client, cloth):
+def test_bodies_and_single_vertices_are_as_all_positions(anywhere, cloth):
     n = cloth.bodies[0].vertex_count
     options = Options(min_separation=0.02)
-    with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=options) as whole, \
-            client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=options) as parts:
+    with anywhere.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=options) as whole, \
+            anywhere.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=options) as parts:
         V = cloth.frames[0].copy()
         touched = 0
         for k, frame in enumerate(cloth.frames[1:30]):
@@ -43,25 +43,25 @@ def test_bodies_and_single_vertices_are_as_all_positions(client, cloth):
         assert bits(parts.step()) == bits(before)  # nothing moves
 
 
-def test_what_a_model_saves_is_told_where_asked(client, cloth):
+def test_what_a_model_saves_is_told_where_asked(anywhere, cloth):
     n = cloth.bodies[0].vertex_count
-    with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=Options(explain=True)) as session:
+    with anywhere.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=Options(explain=True)) as session:
         told = session.step(bodies={0: cloth.frames[1][:n]}).all_deformable
         assert told.positions_bytes == cloth.frames[0].nbytes > told.frame_bytes >= 12 * n
         assert told.statistics.counts.nodes_refit > 0
-    with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies) as session:
+    with anywhere.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies) as session:
         assert session.step(cloth.frames[1]).all_deformable is None
 
 
 @pytest.mark.parametrize("named", [False, True])
-def test_poses_are_as_the_positions_that_they_place(client, crowd, named):
+def test_poses_are_as_the_positions_that_they_place(anywhere, crowd, named):
     rest = crowd.frames[0].astype(np.float64)
     ends = np.cumsum([body.vertex_count for body in crowd.bodies])
     ranges = [slice(end - body.vertex_count, end) for end, body in zip(ends, crowd.bodies)]
     rigid = [b for b, body in enumerate(crowd.bodies) if body.kind == "rigid"]
     options = Options(min_separation=0.05)
-    with client.session(rest, crowd.faces, bodies=crowd.bodies, options=options) as poses, \
-            client.session(rest, crowd.faces, bodies=crowd.bodies, options=options) as positions:
+    with anywhere.session(rest, crowd.faces, bodies=crowd.bodies, options=options) as poses, \
+            anywhere.session(rest, crowd.faces, bodies=crowd.bodies, options=options) as positions:
         V = rest.copy()
         found = 0
         for k in range(1, 8):
@@ -75,9 +75,9 @@ def test_poses_are_as_the_positions_that_they_place(client, crowd, named):
         assert found > 0
 
 
-def test_bodies_are_added_and_changed(client):
+def test_bodies_are_added_and_changed(anywhere):
     before, after, faces = triangle_through_triangle()
-    with client.session(before[:3], faces[:1], bodies=[Body(3, "static")]) as session:
+    with anywhere.session(before[:3], faces[:1], bodies=[Body(3, "static")]) as session:
         assert session.add_body(Body(3, name="falling"), faces[:1], before[3:]) == 1
         contacts = session.step(bodies={1: after[3:]})
         assert (contacts.vf, contacts.ee) == (1, 2) and contacts.v.max() == 5
@@ -88,13 +88,13 @@ def test_bodies_are_added_and_changed(client):
         assert session.info().body_count == 2
 
 
-def test_excluded_pairs_and_groups_are_not_tested(client):
+def test_excluded_pairs_and_groups_are_not_tested(anywhere):
     before, after, faces = triangle_through_triangle()
-    with client.session(before, faces, bodies=[Body(3), Body(3)], excluded_pairs=[(0, 1)]) as session:
+    with anywhere.session(before, faces, bodies=[Body(3), Body(3)], excluded_pairs=[(0, 1)]) as session:
         assert not session.step(after)
-    with client.session(before, faces, bodies=[Body(3, group=2, mask=2), Body(3, group=1, mask=1)]) as session:
+    with anywhere.session(before, faces, bodies=[Body(3, group=2, mask=2), Body(3, group=1, mask=1)]) as session:
         assert not session.step(after)
-    with client.session(before, faces, bodies=[Body(3, group=2, mask=1), Body(3, group=1, mask=2)]) as session:
+    with anywhere.session(before, faces, bodies=[Body(3, group=2, mask=1), Body(3, group=1, mask=2)]) as session:
         assert session.step(after)
 
 
@@ -119,11 +119,11 @@ def test_several_frames_in_flight_are_answered_in_order(client, cloth):
     assert max(a.queue_ms for a in answers) > 0  # they waited for each other
 
 
-def test_a_frame_that_fails_does_not_count(client):
+def test_a_frame_that_fails_does_not_count(anywhere):
     before, after, faces = triangle_through_triangle()
     bad = after.copy()
     bad[4, 1] = np.inf
-    with client.session(before, faces) as session:
+    with anywhere.session(before, faces) as session:
         assert [session.submit(V) for V in (bad, after, after)] == [1, 2, 3]
         with pytest.raises(InvalidArgumentError, match=r"positions\[4\]\.y"):
             session.next_answer()

@@ -24,8 +24,8 @@ def shift(z):
     return pose
 
 
-def test_vertices_meet_it(client):
-    with client.session(TRIANGLE, FACES, bodies=[GROUND, Body(3)],
+def test_vertices_meet_it(anywhere):
+    with anywhere.session(TRIANGLE, FACES, bodies=[GROUND, Body(3)],
                         options=warmfront.Options(fields=["weights", "normal", "points"])) as session:
         assert not session.step(lowered(0.5))
         contacts = session.step(lowered(1.5))
@@ -41,8 +41,8 @@ def test_vertices_meet_it(client):
         assert warmfront.continuity(contacts, session.step(lowered(1.5))).kept.tolist() == [0, 1, 2]
 
 
-def test_every_question_tells_of_it(client):
-    with client.session(TRIANGLE, FACES, bodies=[Body(3), GROUND]) as session:
+def test_every_question_tells_of_it(anywhere):
+    with anywhere.session(TRIANGLE, FACES, bodies=[Body(3), GROUND]) as session:
         assert session.proximity(0.9).vh == 0 and session.proximity(1).vh == 3
         near = session.proximity(2, reduced=True)
         stencils = near.stencils()
@@ -89,15 +89,15 @@ def test_it_moves_changes_and_comes_again_with_the_session(daemon, client, dtype
     assert undisturbed[1] == [0, 3, 3, 3, 0, 0]
 
 
-def test_what_is_none_is_refused(client):
+def test_what_is_none_is_refused(anywhere):
     for half_space in (5, ((0, 0), (0, 0, 1)), ((0, 0, 0), "up"), ((0, 0, 0),)):
         with pytest.raises(InvalidArgumentError, match="half_space"):
-            client.session(TRIANGLE, FACES, bodies=[Body(3), Body(kind="static", half_space=half_space)])
+            anywhere.session(TRIANGLE, FACES, bodies=[Body(3), Body(kind="static", half_space=half_space)])
     for body, why in ((Body(kind="static", half_space=((0, 0, 0), (0, 0, 0))), "normal: is zero"),
                       (Body(half_space=UP), "kind: is deformable"), (Body(kind="static"), "vertex_count: is 0")):
         with pytest.raises(InvalidArgumentError, match=why):
-            client.session(TRIANGLE, FACES, bodies=[Body(3), body])
-    with client.session(TRIANGLE, FACES, bodies=[Body(3), Body(kind="rigid", half_space=UP)]) as session:
+            anywhere.session(TRIANGLE, FACES, bodies=[Body(3), body])
+    with anywhere.session(TRIANGLE, FACES, bodies=[Body(3), Body(kind="rigid", half_space=UP)]) as session:
         with pytest.raises(InvalidArgumentError, match="is a half-space, which has no positions"):
             session.step(bodies={1: np.empty((0, 3))}, poses={})
         with pytest.raises(InvalidArgumentError, match="half_space: is missing"):

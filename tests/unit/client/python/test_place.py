@@ -11,8 +11,8 @@ from warmfront import Body, FailedPreconditionError, InvalidArgumentError
 BEFORE, AFTER, FACES = triangle_through_triangle()
 
 
-def test_it_meets_nothing_on_the_way(client):
-    with client.session(BEFORE, FACES) as session:
+def test_it_meets_nothing_on_the_way(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         assert session.trial(AFTER)
         assert session.place(AFTER) is None
         assert session.last_frame == 1 and (session.positions == AFTER).all()

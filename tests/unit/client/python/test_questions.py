@@ -17,9 +17,9 @@ from warmfront import (Body, FailedPreconditionError, InvalidArgumentError, Kind
 BEFORE, AFTER, FACES = triangle_through_triangle()
 
 
-def test_a_trial_answers_as_the_step_would(client, cloth):
-    with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies) as session, \
-            client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies) as steps:
+def test_a_trial_answers_as_the_step_would(anywhere, cloth):
+    with anywhere.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies) as session, \
+            anywhere.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies) as steps:
         found = 0
         for k in range(1, 40):
             near, far = cloth.frames[k], cloth.frames[min(k + 3, 59)]
@@ -36,23 +36,23 @@ def test_a_trial_answers_as_the_step_would(client, cloth):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("fraction", [0, 0.3, 1 / 3, 0.999, 1])
-def test_after_a_commit_answers_are_those_of_a_session_made_there(client, cloth, dtype, fraction):
+def test_after_a_commit_answers_are_those_of_a_session_made_there(anywhere, cloth, dtype, fraction):
     frames = cloth.frames.astype(dtype)
     options = Options(fields=["weights", "normal", "points"], min_separation=0.005)
-    with client.session(frames[20], cloth.faces, bodies=cloth.bodies, options=options) as session:
+    with anywhere.session(frames[20], cloth.faces, bodies=cloth.bodies, options=options) as session:
         for k in (24, 28, 32):
             told = session.trial(frames[k])
             taken = session.commit(fraction)
             within = told.toi <= fraction
             assert (taken.vf, taken.ee) == tuple(int((within & (told.kind == kind)).sum())
                                               for kind in (Kind.VERTEX_FACE, Kind.EDGE_EDGE))
-            with client.session(session.positions, cloth.faces, bodies=cloth.bodies, options=options,
+            with anywhere.session(session.positions, cloth.faces, bodies=cloth.bodies, options=options,
                                 first_frame=session.last_frame) as fresh:
                 assert bits(session.trial(frames[40])) == bits(fresh.step(frames[40]))
 
 
-def test_how_far(client):
-    with client.session(BEFORE, FACES) as session:
+def test_how_far(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         limit = session.max_step(AFTER)
         assert repr(limit).startswith("MaxStep(fraction=0.49999") and "statistics" not in repr(limit)
         assert 0.499 < limit.fraction <= 0.5 and float(limit) == limit.fraction
@@ -78,8 +78,8 @@ def test_how_far(client):
         assert not session.step(BEFORE)  # it did not pass through
 
 
-def test_options_of_one_question_are_of_that_question(client):
-    with client.session(BEFORE, FACES, options=Options(tier="exact")) as session:
+def test_options_of_one_question_are_of_that_question(anywhere):
+    with anywhere.session(BEFORE, FACES, options=Options(tier="exact")) as session:
         plain = session.trial(AFTER)
         assert plain.toi.tolist() == [0.5] * 3 and plain.normal is None
         assert session.trial(AFTER, fields=["normal"]).normal.shape == (3, 3)
@@ -92,8 +92,8 @@ def test_options_of_one_question_are_of_that_question(client):
         assert bits(session.step(AFTER, report="earliest")) == bits(plain)
 
 
-def test_the_daemon_refuses_to_keep_a_distance_in_the_fast_tier(client):
-    with client.session(BEFORE, FACES) as session:
+def test_the_daemon_refuses_to_keep_a_distance_in_the_fast_tier(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         with pytest.raises(InvalidArgumentError, match="keep_distance"):
             session.max_step(AFTER, tier="fast", keep_distance=0.5)
         with pytest.raises(FailedPreconditionError):
@@ -101,8 +101,8 @@ def test_the_daemon_refuses_to_keep_a_distance_in_the_fast_tier(client):
         assert session.last_frame == 0 and len(session.trial(AFTER)) == 3
 
 
-def test_counted_and_partly_taken(client):
-    with client.session(BEFORE, FACES) as session:
+def test_counted_and_partly_taken(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         session.trial(AFTER, report="count")
         taken = session.commit(0.75)
         assert taken.vf is taken.ee is taken.possible is None and 0.499 < taken.earliest_toi <= 0.5
@@ -114,8 +114,8 @@ def test_counted_and_partly_taken(client):
     ("tolerance", dict(tolerance=2.0)), ("tolerance", dict(tolerance=-1.0)), ("min_separation", dict(min_separation=-1.0)),
     ("min_separation", dict(tier="fast", min_separation=0.1)), ("max_contacts", dict(max_contacts=2**60)),
 ])
-def test_options_that_the_daemon_refuses(client, message, question):
-    with client.session(BEFORE, FACES) as session:
+def test_options_that_the_daemon_refuses(anywhere, message, question):
+    with anywhere.session(BEFORE, FACES) as session:
         for ask in (session.trial, session.step, session.max_step):
             with pytest.raises(InvalidArgumentError, match=message):
                 ask(AFTER, **question)
@@ -218,9 +218,9 @@ def test_a_trial_that_is_given_up_in_time(client):
         assert not session.step(start + [0, 0, 1]) and session.last_frame == 1
 
 
-def test_its_own_daemon_answers_the_same(client, cloth, monkeypatch):
+def test_its_own_daemon_answers_the_same(anywhere, cloth, monkeypatch):
     monkeypatch.setenv("WARMFRONTD", str(BIN / "warmfrontd"))
-    with client.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session, warmfront.connect() as own, \
+    with anywhere.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session, warmfront.connect() as own, \
             own.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as other:
         assert bits(session.trial(cloth.frames[33])) == bits(other.submit_trial(cloth.frames[33]).result())
         assert session.commit(0.5) == other.commit(0.5)

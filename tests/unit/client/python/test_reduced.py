@@ -40,8 +40,8 @@ def grouped(rows, positions):
 
 
 @pytest.mark.parametrize("where, frame", [("base", 30), ("trial_end", 32)])
-def test_each_closest_pair_once(client, cloth, where, frame):
-    with client.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
+def test_each_closest_pair_once(anywhere, cloth, where, frame):
+    with anywhere.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
         session.trial(cloth.frames[32])
         rows = session.proximity(0.05, where=where, fields=["weights"])
         kept, multiplicity = grouped(rows, cloth.frames[frame])
@@ -103,8 +103,8 @@ def test_is_what_the_command_line_tells_in_its_own_process(client, start_daemon,
                     for kind, v, times, stencil in zip(told.kind, told.v, told.multiplicity, told.stencil)] == expected
 
 
-def test_what_is_near_nothing_has_no_rows(client):
-    with client.session(BEFORE, FACES) as session:
+def test_what_is_near_nothing_has_no_rows(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         nothing = session.proximity(1e-3, reduced=True)
         assert len(nothing.multiplicity) == len(nothing.stencil) == 0 and not nothing
         assert [len(s) for s in vars(nothing.stencils()).values()] == [0, 0, 0, 0, 0]
@@ -112,8 +112,8 @@ def test_what_is_near_nothing_has_no_rows(client):
         assert counted.vf > 0 and len(counted) == len(counted.multiplicity) == 0
 
 
-def test_is_of_proximity_alone(client):
-    with client.session(BEFORE, FACES) as session:
+def test_is_of_proximity_alone(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         for kind in ("step", "trial", "max_step"):
             with pytest.raises(InvalidArgumentError, match="reduced"):
                 session.submit(AFTER, kind=kind, reduced=True)
@@ -126,8 +126,8 @@ def test_is_of_proximity_alone(client):
         assert session.proximity(1e-3) is not None
 
 
-def test_the_rows_of_each_vertex(client, cloth):
-    with client.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
+def test_the_rows_of_each_vertex(anywhere, cloth):
+    with anywhere.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
         n = len(cloth.frames[30])
         for pairs in (session.proximity(0.02), session.proximity(0.02, reduced=True), session.proximity(1e-12)):
             by_vertex = pairs.by_vertex(n)

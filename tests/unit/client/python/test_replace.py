@@ -92,16 +92,16 @@ def test_faces_in_turns_are_ordered(daemon, client):
         assert len(session.trial(squeezed(before, -1)).faces) > 0
 
 
-def test_a_scene_without_bodies_is_replaced_as_a_whole(client):
+def test_a_scene_without_bodies_is_replaced_as_a_whole(anywhere):
     before, faces, _ = three([3, 3])
-    with client.session(before, faces) as session:
+    with anywhere.session(before, faces) as session:
         session.replace_elements(0, faces[:-5])
         answer = bits(session.step(squeezed(before, -1)))
         with pytest.raises(FailedPreconditionError, match="declares none"):
             session.replace_body(0, before, faces, body=Body(len(before)))
         with pytest.raises(InvalidArgumentError, match="index 0 is all of it"):
             session.replace_elements(1, faces)
-    with client.session(before, faces[:-5]) as session:
+    with anywhere.session(before, faces[:-5]) as session:
         assert bits(session.step(squeezed(before, -1))) == answer
 
 
@@ -131,9 +131,9 @@ def test_thickness_and_filters_go_with_the_vertices(daemon, client):
     (r"no vertices and no positions", lambda s: s.replace_body(1, np.zeros((4, 3)), body=Body(4, kind="removed"))),
     (r"vertex_count: is 0", lambda s: s.replace_body(1, np.zeros((0, 3)))),
 ])
-def test_what_does_not_fit_is_refused(client, message, replace):
+def test_what_does_not_fit_is_refused(anywhere, message, replace):
     before, faces, bodies = three([3, 3])
-    with client.session(before, faces, bodies=bodies) as session:
+    with anywhere.session(before, faces, bodies=bodies) as session:
         with pytest.raises(InvalidArgumentError, match=message):
             replace(session)
         assert session.step(squeezed(before, -1)), "it is as it was"

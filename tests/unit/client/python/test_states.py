@@ -21,13 +21,14 @@ def distances(positions, pairs):
     return np.linalg.norm((x * (side * pairs.weights)[:, :, None]).sum(1), axis=1)
 
 
-def test_what_is_near_and_how_near(client, cloth):
-    with client.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
+def test_what_is_near_and_how_near(anywhere, cloth):
+    with anywhere.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
         pairs = session.proximity(0.02, fields=TELL)
         assert len(pairs) > 100 and pairs.vf + pairs.ee == len(pairs) and pairs.earliest_toi is None
         assert (pairs.toi == 0).all() and session.last_frame == 0
         apart = distances(cloth.frames[30], pairs)
         assert np.allclose(apart**2, pairs.squared_distance, rtol=1e-6, atol=1e-12) and apart.max() <= 0.02 * (1 + 1e-4)
+        assert np.allclose(pairs.distance, apart, rtol=1e-6, atol=1e-12) and session.proximity(0.02).distance is None
         between = pairs.points[:, 0] - pairs.points[:, 1]
         assert np.allclose(between, pairs.direction * np.sqrt(pairs.squared_distance)[:, None], atol=1e-9)
         zeros = (pairs.weights == 0).sum(1)
@@ -40,9 +41,9 @@ def test_what_is_near_and_how_near(client, cloth):
         assert exact.possible == 0 and len(exact) <= len(pairs)
 
 
-def test_where_a_trial_ends(client, cloth):
-    with client.session(cloth.frames[28], cloth.faces, bodies=cloth.bodies) as session, \
-            client.session(cloth.frames[32], cloth.faces, bodies=cloth.bodies) as there:
+def test_where_a_trial_ends(anywhere, cloth):
+    with anywhere.session(cloth.frames[28], cloth.faces, bodies=cloth.bodies) as session, \
+            anywhere.session(cloth.frames[32], cloth.faces, bodies=cloth.bodies) as there:
         with pytest.raises(FailedPreconditionError, match="trial"):
             session.proximity(0.02, where="trial_end")
         told = session.trial(cloth.frames[32])
@@ -54,8 +55,8 @@ def test_where_a_trial_ends(client, cloth):
         assert (session.proximity(0.02).v == near.v).all()
 
 
-def test_edges_and_faces_that_meet(client):
-    with client.session(BEFORE, FACES) as session:
+def test_edges_and_faces_that_meet(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
         apart = session.intersections()
         assert not apart and len(apart) == 0 and apart.count == 0
         half = (np.asarray(BEFORE, float) + AFTER) / 2 - [0, 0, 0]
@@ -74,9 +75,9 @@ def test_edges_and_faces_that_meet(client):
         assert session.intersections(report="count").count == meeting.count
 
 
-def test_how_far_each_vertex_is_from_anything(client, cloth):
+def test_how_far_each_vertex_is_from_anything(anywhere, cloth):
     d = 0.02
-    with client.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
+    with anywhere.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
         rows = session.proximity(d, fields=["squared_distance"])
         told = session.vertex_distances(d)
         expected = np.full(len(cloth.frames[30]), d)
@@ -110,11 +111,11 @@ def bits_of(told):
     return told.distances.tobytes()
 
 
-def test_one_after_the_other_as_futures_and_for_asyncio(client, cloth):
+def test_one_after_the_other_as_futures_and_for_asyncio(anywhere, cloth):
     async def ask(session):
         return await session.proximity_async(0.02), await session.intersections_async(report="any")
 
-    with client.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
+    with anywhere.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
         expected = session.proximity(0.02)
         session.submit(kind="proximity", min_separation=0.02)
         session.submit(cloth.frames[31], kind="trial")
@@ -130,9 +131,9 @@ def test_one_after_the_other_as_futures_and_for_asyncio(client, cloth):
         assert bits(near) == bits(session.proximity(0.02)) and tangled.count in (0, 1)
 
 
-def test_what_is_refused_changes_nothing(client, cloth):
+def test_what_is_refused_changes_nothing(anywhere, cloth):
     options = Options(max_contacts=5)
-    with client.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies, options=options) as session:
+    with anywhere.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies, options=options) as session:
         session.trial(cloth.frames[30])
         for wrong in ({"distance": -1}, {"distance": float("nan")}, {"distance": "far"},
                       {"distance": 0.1, "where": "elsewhere"}, {"distance": 0.1, "report": "earliest"},

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+// Thread safety as stated in the header.
+#include "client/python/native/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <future>
+#include <string>
+#include <utility>
+
+#include "client/python/native/errors.h"
+#include "client/python/native/reading.h"
+
+namespace warmfront::python {
+namespace py = pybind11;
+namespace {
+
+using client::LocalSession;
+using client::PendingAnswer;
+using Clock = std::chrono::steady_clock;
+
+// Of v1.MovedParts.
+enum Part : std::size_t {
+  kBodies = 1,
+  kBodyPositions,
+  kPoseBodies,
+  kPoses,
+  kVertices,
+  kVertexPositions,
+  kParts
+};
+
+// Who waits longer wants to be able to interrupt: it is computed on another thread, while this one looks for
+// signals. That thread begins with cold caches and memory of its own, which steps of some milliseconds would
+// feel.
+constexpr std::chrono::milliseconds kLong{100};
+constexpr std::chrono::milliseconds kLook{20};
+
+// Names of limits, as a daemon has them.
+constexpr const char* kMaxContacts = "max-contacts";
+constexpr const char* kAdjacentFaces = "adjacent-faces";
+
+Positions numbers(const py::buffer_info& info, std::size_t first, std::size_t count, bool float32) {
+  if (float32) return std::span(static_cast<const float*>(info.ptr) + first, count);
+  return std::span(static_cast<const double*>(info.ptr) + first, count);
+}
+
+std::size_t bytes_in(const py::buffer_info& info) {
+  return static_cast<std::size_t>(info.size * info.itemsize);
+}
+
+std::vector<std::uint32_t> indices_in(const std::vector<py::buffer_info>& buffers) {
+  std::vector<std::uint32_t> indices;
+  for (const py::buffer_info& info : buffers) {
+    const auto* first = static_cast<const std::uint32_t*>(info.ptr);
+    indices.insert(indices.end(), first, first + bytes_in(info) / sizeof(std::uint32_t));
+  }
+  return indices;
+}
+
+std::shared_ptr<Workers> workers_of(int threads) {
+  // All sessions share those of the process: a program with many has no more threads than cores.
+  static const auto* shared = new std::shared_ptr<Workers>(std::make_shared<Workers>(0));
+  return threads == 0 ? *shared : std::make_shared<Workers>(threads);
+}
+
+/// A signal came, and Python's handler for it raised.
+bool interrupted() {
+  const py::gil_scoped_acquire lock;
+  return PyErr_CheckSignals() != 0;
+}
+
+enum class Ended : std::uint8_t { kDone, kInterrupted, kTimeUp };
+
+/// Has another thread call f(stop), and waits for it without the interpreter's lock, but for a look at
+/// signals. `stop` is set, and the reason returned, where a handler of these raises, at `until`, and where
+/// `closed` is set. Throws what f() throws, but not Stopped, unless a handler raised, which is Python's error
+/// then.
+template <class F>
+Ended run(F f, Clock::time_point until, const std::atomic<bool>* closed) {
+  std::atomic<bool> stop{false};
+  Ended ended = Ended::kDone;
+  std::exception_ptr thrown;
+  const auto give_up = [&](Ended why) {
+    if (ended == Ended::kDone) ended = why;
+    stop.store(true, std::memory_order_relaxed);
+  };
+  {
+    const py::gil_scoped_release unlocked;
+    auto done = std::async(std::launch::async, [&] { f(stop); });
+    for (;;) {
+      const Clock::time_point look = Clock::now() + kLook;
+      if (done.wait_until(ended == Ended::kDone ? std::min(until, look) : look) == std::future_status::ready)
+        break;
+      if (Clock::now() >= until) give_up(Ended::kTimeUp);
+      if (closed != nullptr && closed->load(std::memory_order_relaxed))
+        stop.store(true, std::memory_order_relaxed);
+      if (ended != Ended::kInterrupted && interrupted()) {
+        ended = Ended::kInterrupted;
+        stop.store(true, std::memory_order_relaxed);
+      }
+    }
+    try {
+      done.get();
+    } catch (const Stopped&) {
+      // As it was told to.
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+  }
+  if (ended == Ended::kInterrupted) throw py::error_already_set();
+  if (thrown) std::rethrow_exception(thrown);
+  return ended;
+}
+
+Clock::time_point after(std::optional<double> seconds) {
+  constexpr double kMost = 1e9;
+  if (!seconds || *seconds > kMost) return Clock::time_point::max();
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
+}
+
+}  // namespace
+
+GivenFrame::GivenFrame(const py::object& positions, const py::object& parts, bool float32,
+                       const Scene& scene) {
+  if (!positions.is_none()) {
+    all_ = py::reinterpret_borrow<py::buffer>(positions).request();
+    frame_.positions = python::positions_of(all_);
+    bytes_ = bytes_in(all_);
+    return;
+  }
+  if (parts.is_none()) return;
+  held_.resize(kParts);
+  for (const py::handle part : parts) {
+    const auto pair = py::reinterpret_borrow<py::tuple>(part);
+    std::vector<py::buffer_info>& buffers = held_.at(pair[0].cast<std::size_t>());
+    for (const py::handle buffer : pair[1]) {
+      buffers.push_back(py::reinterpret_borrow<py::buffer>(buffer).request());
+      bytes_ += bytes_in(buffers.back());
+    }
+  }
+  body_numbers_ = indices_in(held_[kBodies]);
+  take_bodies(held_[kBodyPositions], float32, scene);
+  pose_numbers_ = indices_in(held_[kPoseBodies]);
+  take_poses(held_[kPoses], float32, scene);
+  vertices_ = indices_in(held_[kVertices]);
+  frame_.bodies = bodies_;
+  frame_.poses = poses_;
+  frame_.vertices = vertices_;
+  if (!vertices_.empty())
+    frame_.vertex_positions = numbers(held_[kVertexPositions].at(0), 0, 3 * vertices_.size(), float32);
+}
+
+void GivenFrame::take_bodies(const std::vector<py::buffer_info>& rows, bool float32, const Scene& scene) {
+  const std::size_t number = float32 ? sizeof(float) : sizeof(double);
+  auto buffer = rows.begin();
+  std::size_t at = 0;  // numbers of it that are taken
+  for (const std::uint32_t body : body_numbers_) {
+    const std::size_t count = std::size_t{3} * scene.bodies()[body].vertex_count;
+    if (count == 0) {
+      bodies_.push_back(
+          {body, float32 ? Positions(std::span<const float>()) : Positions(std::span<const double>())});
+      continue;
+    }
+    if (buffer != rows.end() && at * number == bytes_in(*buffer)) {
+      ++buffer;
+      at = 0;
+    }
+    if (buffer == rows.end() || (at + count) * number > bytes_in(*buffer))
+      throw raised(invalid_argument("moved.body_positions: fewer than the bodies named have"));
+    bodies_.push_back({body, numbers(*buffer, at, count, float32)});
+    at += count;
+  }
+}
+
+void GivenFrame::take_poses(const std::vector<py::buffer_info>& matrices, bool float32, const Scene& scene) {
+  if (matrices.empty()) return;
+  if (pose_numbers_.empty()) {
+    for (std::uint32_t b = 0; b < scene.bodies().size(); ++b) {
+      if (scene.bodies()[b].kind == BodyKind::kRigid) pose_numbers_.push_back(b);
+    }
+  }
+  for (std::size_t i = 0; i < pose_numbers_.size(); ++i) {
+    BodyPose& pose = poses_.emplace_back(BodyPose{pose_numbers_[i], {}});
+    std::visit([&](auto values) { std::ranges::copy(values, pose.pose.matrix.begin()); },
+               numbers(matrices[0], 12 * i, 12, float32));
+  }
+}
+
+std::shared_ptr<Session> Session::create(const py::handle& header, const py::buffer& positions,
+                                         const py::buffer& faces, const py::buffer& edges,
+                                         const py::object& thickness, const py::object& filters,
+                                         int threads) {
+  SceneDescription scene;
+  const ColliderOptions options = options_of(header.attr("options"));
+  if (Status valid = validate(options); !valid)
+    throw raised({valid.error().code, "options: " + valid.error().message});
+  scene.vertex_count = header.attr("vertex_count").cast<std::uint32_t>();
+  std::size_t index = 0;
+  for (const py::handle body : header.attr("bodies"))
+    scene.bodies.push_back(body_of(body, "bodies[" + std::to_string(index++) + "]"));
+  scene.excluded_pairs = body_pairs_of(header.attr("excluded_pairs"));
+  if (!filters.is_none()) {
+    scene.filters = filters_of(filters);
+    check(scene.filters.check_numbers());
+  }
+  scene.faces = rows_of<std::array<std::int32_t, 3>>(faces);
+  scene.edges = rows_of<std::array<std::int32_t, 2>>(edges);
+  if (!thickness.is_none()) scene.thickness = rows_of<double>(thickness.cast<py::buffer>());
+  const auto first_frame = header.attr("first_frame").cast<std::uint64_t>();
+  const py::buffer_info given = positions.request();
+  const Positions rows = python::positions_of(given);
+  const Rounding rounding =
+      std::holds_alternative<std::span<const float>>(rows) ? Rounding::kFloat32 : Rounding::kFloat64;
+
+  std::optional<Result<Collider>> made;
+  run(
+      [&](const std::atomic<bool>& stop) {
+        Result<Scene> checked = Scene::create(std::move(scene), StopSignal(&stop));
+        if (!checked) {
+          made.emplace(checked.error());
+          return;
+        }
+        made.emplace(Collider::create(std::make_shared<const Scene>(std::move(checked).value()), rows,
+                                      options, workers_of(threads), &stop));
+      },
+      Clock::time_point::max(), nullptr);
+  return std::make_shared<Session>(value_of(*std::move(made), kAdjacentFaces), rounding, first_frame);
+}
+
+std::shared_ptr<Answer> Session::made(client::Answer answer, const std::optional<Question>& question,
+                                      std::size_t frame_bytes) const {
+  auto result = std::make_shared<Answer>();
+  static_cast<client::Answer&>(*result) = std::move(answer);
+  if (!question) return result;
+  result->fields = merged(options(), *question).fields;
+  result->reduced = question->options.reduced;
+  result->edge_faces = question->kind == QuestionKind::kIntersections;
+  if (result->all_deformable) {
+    result->frame_bytes = frame_bytes;
+    result->positions_bytes = std::size_t{3} * scene().vertex_count() * (float32_ ? 4 : 8);
+  }
+  return result;
+}
+
+std::shared_ptr<Answer> Session::wait(LocalSession::Request request, std::optional<double> timeout,
+                                      std::size_t frame_bytes) {
+  const std::shared_ptr<LocalSession> local = local_;
+  const Clock::time_point begin = Clock::now();
+  std::optional<Result<client::Answer>> answer;
+  if (timeout || took_ > kLong) {
+    const Ended ended = run(
+        [&](const std::atomic<bool>& stop) {
+          // Who is given up after the last look at `stop` does not count either.
+          if (request.counts())
+            request.accept = [&](const StepResult&) -> Status {
+              if (stop.load(std::memory_order_relaxed)) return PendingAnswer::cancelled();
+              return {};
+            };
+          answer = local->ask(request, {.cancelled = &stop}, false)->take();
+        },
+        after(timeout), &stopped_);
+    if (ended == Ended::kTimeUp && !*answer)
+      throw raised({ErrorCode::kDeadlineExceeded, "no answer within the time limit"});
+  } else {
+    bool raised_by_signal = false;
+    if (request.counts())
+      request.accept = [&](const StepResult&) -> Status {
+        if (!interrupted()) return {};
+        raised_by_signal = true;
+        return PendingAnswer::cancelled();
+      };
+    {
+      const py::gil_scoped_release unlocked;
+      answer = local->ask(request, {.cancelled = &stopped_}, false)->take();
+    }
+    if (raised_by_signal) throw py::error_already_set();
+  }
+  took_ = Clock::now() - begin;
+  return made(value_of(*std::move(answer), kMaxContacts),
+              request.commit ? std::nullopt : std::optional(request.question), frame_bytes);
+}
+
+std::shared_ptr<Answer> Session::ask(const Question& question, const py::object& positions,
+                                     const py::object& parts, std::optional<double> timeout) {
+  const GivenFrame given(positions, parts, float32_, scene());
+  return wait({given.frame(), question}, timeout, given.bytes());
+}
+
+std::shared_ptr<Answer> Session::commit(double fraction, std::optional<double> timeout) {
+  return wait({.commit = fraction}, timeout, 0);
+}
+
+std::shared_ptr<Submitted> Session::submit(const Question& question, const py::object& positions,
+                                           const py::object& parts) {
+  const GivenFrame given(positions, parts, float32_, scene());
+  return std::make_shared<Submitted>(Submitted{
+      local_->ask({given.frame(), question}, {.cancelled = &stopped_}, true), question, given.bytes()});
+}
+
+std::shared_ptr<Submitted> Session::submit_commit(double fraction) {
+  return std::make_shared<Submitted>(
+      Submitted{local_->ask({.commit = fraction}, {.cancelled = &stopped_}, true), std::nullopt, 0});
+}
+
+std::shared_ptr<Answer> Session::take(Submitted& submitted) {
+  const std::shared_ptr<LocalSession> local = local_;
+  std::optional<Result<client::Answer>> answer;
+  bool raised_by_signal = false;
+  {
+    const py::gil_scoped_release unlocked;
+    while (!submitted.pending->wait_until(Clock::now() + kLook) && !raised_by_signal)
+      raised_by_signal = interrupted();
+    if (!raised_by_signal) answer = submitted.pending->take();
+  }
+  if (raised_by_signal) throw py::error_already_set();  // it may be taken again
+  return made(value_of(*std::move(answer), kMaxContacts), submitted.question, submitted.frame_bytes);
+}
+
+void Session::change(const py::handle& change) {
+  std::vector<SceneChange> changes;
+  changes.push_back(change_of(change, float32_));
+  Status status;
+  run([&](const std::atomic<bool>& stop) { status = local_->collider().change(std::move(changes), &stop); },
+      Clock::time_point::max(), &stopped_);
+  if (!status) throw raised({status.error().code, "changes[0]: " + status.error().message}, kAdjacentFaces);
+}
+
+void Session::change_options(const py::handle& options) {
+  const ColliderOptions read = options_of(options);
+  if (Status valid = validate(read); !valid)
+    throw raised({valid.error().code, "options: " + valid.error().message});
+  Status status;
+  // As a list of no changes, which is refused as a daemon refuses it.
+  run([&](const std::atomic<bool>& stop) { status = local_->collider().change({}, &stop, nullptr, read); },
+      Clock::time_point::max(), &stopped_);
+  if (!status) throw raised({status.error().code, "options." + status.error().message});
+}
+
+py::array Session::positions() const {
+  const std::vector<double> rows = local_->collider().positions();
+  const auto vertices = static_cast<py::ssize_t>(rows.size() / 3);
+  if (!float32_) {
+    py::array_t<double> array({vertices, py::ssize_t{3}});
+    std::ranges::copy(rows, array.mutable_data());
+    return array;
+  }
+  py::array_t<float> array({vertices, py::ssize_t{3}});
+  std::ranges::transform(rows, array.mutable_data(), [](double x) { return static_cast<float>(x); });
+  return array;
+}
+
+}  // namespace warmfront::python

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// A session in this process, for Python: releases the interpreter's lock while it computes, and looks for
+// signals meanwhile. Used by one thread at a time, but for stop().
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "client/lib/local_session.h"
+#include "client/python/native/answer.h"
+#include "engine/frame.h"
+#include "engine/question.h"
+
+namespace warmfront::python {
+
+/// A frame as Python gives it: all positions, or parts by their numbers in v1.MovedParts, each as buffers
+/// that follow one another. Looks at their memory, which must not be resized.
+class GivenFrame {
+ public:
+  /// `positions`: an array, or None. `parts`: a list of (number, list of buffers). Throws Raised where they
+  /// do not fit the scene.
+  GivenFrame(const pybind11::object& positions, const pybind11::object& parts, bool float32,
+             const Scene& scene);
+  GivenFrame(const GivenFrame&) = delete;
+  GivenFrame& operator=(const GivenFrame&) = delete;
+
+  const Frame& frame() const { return frame_; }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  void take_bodies(const std::vector<pybind11::buffer_info>& rows, bool float32, const Scene& scene);
+  void take_poses(const std::vector<pybind11::buffer_info>& matrices, bool float32, const Scene& scene);
+
+  pybind11::buffer_info all_;
+  std::vector<std::vector<pybind11::buffer_info>> held_;  // parts, by number
+  std::vector<std::uint32_t> body_numbers_;
+  std::vector<std::uint32_t> pose_numbers_;
+  std::vector<BodyPositions> bodies_;
+  std::vector<BodyPose> poses_;
+  std::vector<std::uint32_t> vertices_;
+  Frame frame_;
+  std::size_t bytes_ = 0;
+};
+
+/// A question that was submitted and not yet answered.
+struct Submitted {
+  std::shared_ptr<client::PendingAnswer> pending;
+  std::optional<Question> question;  ///< none of a commit
+  std::size_t frame_bytes = 0;
+};
+
+class Session {
+ public:
+  /// header: a v1.SessionHeader; arrays as the wire has them, of filters in a v1.PairFilters, or None.
+  /// threads: 0 for those of the process. Throws Raised as a daemon refuses.
+  static std::shared_ptr<Session> create(const pybind11::handle& header, const pybind11::buffer& positions,
+                                         const pybind11::buffer& faces, const pybind11::buffer& edges,
+                                         const pybind11::object& thickness, const pybind11::object& filters,
+                                         int threads);
+
+  Session(Collider collider, Rounding rounding, std::uint64_t first_frame)
+      : local_(std::make_shared<client::LocalSession>(std::move(collider), rounding, first_frame)),
+        float32_(rounding == Rounding::kFloat32) {}
+
+  /// Waits. timeout: seconds, or none.
+  std::shared_ptr<Answer> ask(const Question& question, const pybind11::object& positions,
+                              const pybind11::object& parts, std::optional<double> timeout);
+  std::shared_ptr<Answer> commit(double fraction, std::optional<double> timeout);
+  /// Without waiting, on a thread of its own; the frame is copied.
+  std::shared_ptr<Submitted> submit(const Question& question, const pybind11::object& positions,
+                                    const pybind11::object& parts);
+  std::shared_ptr<Submitted> submit_commit(double fraction);
+  std::shared_ptr<Answer> take(Submitted& submitted);
+
+  /// change: a v1.SceneChange.
+  void change(const pybind11::handle& change);
+  /// options: a v1.ColliderOptions.
+  void change_options(const pybind11::handle& options);
+  /// Any thread: what is computed ends, and nothing is from then on.
+  void stop() { stopped_.store(true, std::memory_order_relaxed); }
+
+  std::uint64_t frame() const { return local_->frame(); }
+  /// (n, 3) of the session's type, a copy.
+  pybind11::array positions() const;
+  const Scene& scene() const { return local_->collider().scene(); }
+  const ColliderOptions& options() const { return local_->collider().options(); }
+  std::size_t memory_bytes() const { return local_->collider().memory_bytes(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::shared_ptr<Answer> wait(client::LocalSession::Request request, std::optional<double> timeout,
+                               std::size_t frame_bytes);
+  std::shared_ptr<Answer> made(client::Answer answer, const std::optional<Question>& question,
+                               std::size_t frame_bytes) const;
+
+  std::shared_ptr<client::LocalSession> local_;
+  const bool float32_;
+  std::atomic<bool> stopped_{false};               // any thread
+  Clock::duration took_ = Clock::duration::max();  // the last answer: the next one takes about as long
+};
+
+}  // namespace warmfront::python

@@ -1,0 +1,331 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A session's questions and changes of the engine in this process. Used by one thread at a time, but for `close()`."""
+from __future__ import annotations
+
+import re
+import uuid
+from collections import deque
+from collections.abc import Callable, Sized
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _engine, _frame
+from ._backend import Answer, Motion, only_with_trial, too_late
+from ._contacts import intersections_of, max_step_of
+from ._question import Question
+from ._scene_changes import SceneChange
+from ._state import SceneState
+from ._statistics import statistics_of
+from .answer import Committed, Contacts, VertexDistances
+from .errors import CancelledError, DeadlineExceededError, FailedPreconditionError, InvalidArgumentError, WarmfrontError
+from .info import SessionInfo
+from .options import Options
+from .v1 import options_pb2, session_pb2, step_pb2
+
+# As a daemon's, unless it is told another one.
+_WINDOW = 4
+_UUID = re.compile(r"[0-9a-fA-F]{8}(-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}")
+# Questions that were read, by their bytes: a solver asks the same few.
+_KEPT_QUESTIONS = 256
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """What a frame gives: of bodies at poses, which no longer are, and which are."""
+
+    whole: bool
+    bodies: tuple[int, ...] = ()
+    posed: tuple[int, ...] = ()
+
+
+_NOTHING = _Moved(False)
+_ALL = _Moved(True)
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """What was submitted. Without a question: a commit."""
+
+    number: int
+    question: Optional[Question]
+    moved: _Moved
+    fraction: float
+    on_its_way: _engine.Submitted
+
+    @property
+    def counts(self) -> bool:
+        return self.question is None or self.question.counts
+
+
+class Local:
+    """A `Backend`."""
+
+    window = _WINDOW
+
+    def __init__(self, state: SceneState, options: Options, session_id: str, first_frame: int, threads: int) -> None:
+        """Raises as a daemon does that is asked for such a session."""
+        header = session_pb2.SessionHeader()
+        options.put_into(header.options)
+        state.describe(header)
+        if session_id and not _UUID.fullmatch(session_id):
+            raise InvalidArgumentError(f"session_id: a UUID of 8-4-4-4-12 hexadecimal digits is expected, got "
+                                       f"{len(session_id.encode())} bytes; choose a random one for each session")
+        try:
+            header.first_frame = first_frame
+        except (TypeError, ValueError):
+            raise InvalidArgumentError(f"first_frame: {first_frame!r} is not a number in [0, 2^63)") from None
+        if first_frame >= 1 << 63:
+            raise InvalidArgumentError(f"first_frame: {first_frame} is not below 2^63")
+        filters = None
+        if state.filters.given:
+            filters = session_pb2.PairFilters()
+            state.filters.put_into(filters)
+        self.failed: Optional[WarmfrontError] = None
+        self.options = options
+        self.state = state
+        self._engine: Optional[_engine.Session] = _engine.Session(header, state.rows(), state.faces, state.edges, state.thickness,
+                                                                  filters, threads)
+        state.forget_rows()
+        self._id = session_id.lower()
+        self._created = datetime.now(timezone.utc)
+        self._frame = first_frame
+        self._steps = 0
+        self._questions: dict[bytes, _engine.Question] = {}
+        self._asked: deque[_Asked] = deque()
+        self._frame_failed = False  # and answers to frames after it are outstanding
+        self._trial: Optional[_Moved] = None  # the one answered last, as long as it may be committed
+        self._may_commit = False  # what was asked last is a trial, answered or on its way, or its commit failed
+
+    @property
+    def session_id(self) -> str:
+        if not self._id:
+            self._id = str(uuid.uuid4())
+        return self._id
+
+    @property
+    def last_frame(self) -> int:
+        return self._frame
+
+    @property
+    def unanswered(self) -> Sized:
+        return self._asked
+
+    def _open(self) -> _engine.Session:
+        if self._engine is None:
+            raise self.failed or FailedPreconditionError("the session is closed")
+        return self._engine
+
+    def positions(self) -> npt.NDArray[Any]:
+        return self._open().positions()
+
+    def info(self) -> SessionInfo:
+        dtype = options_pb2.DTYPE_FLOAT32 if self.state.dtype.itemsize == 4 else options_pb2.DTYPE_FLOAT64
+        message = session_pb2.SessionInfo(session_id=self.session_id, steps=self._steps, dtype=dtype,
+                                          created_unix_ms=int(self._created.timestamp() * 1000))
+        self._open().describe(message)
+        return SessionInfo.read_from(message)
+
+    def close(self) -> None:
+        engine, self._engine = self._engine, None
+        if engine is not None:
+            engine.stop()
+
+    # Questions.
+
+    def ask(self, motion: Optional[Motion], question: Question, timeout: Optional[float], fraction: float) -> Answer:
+        engine = self._open()
+        number = self._frame + 1
+        if motion is None:
+            self._check_trial("commit")
+            try:
+                answer = engine.commit(fraction, timeout)
+            except WarmfrontError as error:
+                if isinstance(error, FailedPreconditionError):
+                    self._trial = None
+                self._may_commit = self._trial is not None
+                raise self._told(error, number, timeout) from None
+            return self._committed(answer, fraction, number)
+        array, parts, moved = self._read(number, motion)
+        if question.of_trial_end:
+            self._check_trial(question.kind)
+        asked = self._questions.get(question.content) or self._kept(question)
+        try:
+            answer = engine.ask(asked, array, parts, timeout)
+        except BaseException as error:
+            if question.kind not in ("proximity", "intersections"):
+                self._trial = None
+                self._may_commit = False
+            elif question.of_trial_end and isinstance(error, FailedPreconditionError):
+                self._trial = None
+            if isinstance(error, WarmfrontError):
+                raise self._told(error, number, timeout) from None
+            raise
+        if question.is_trial:
+            self._may_commit = True
+        elif question.counts:
+            self._may_commit = False
+        return self._answered(answer, question, number, moved)
+
+    def submit(self, motion: Optional[Motion], question: Question, fraction: float) -> int:
+        engine = self._open()
+        number = self._frame + 1 + sum(asked.counts for asked in self._asked)
+        if motion is None:
+            self._check_trial("commit")
+            self._check_room()
+            asked = _Asked(number, None, _NOTHING, fraction, engine.submit_commit(fraction))
+        else:
+            array, parts, moved = self._read(number, motion)
+            if question.of_trial_end:
+                self._check_trial(question.kind)
+            self._check_room()
+            asked = _Asked(number, question, moved, 1.0, engine.submit(self._kept(question), array, parts))
+        self._asked.append(asked)
+        if asked.counts or question.is_trial:
+            self._may_commit = not asked.counts
+        return number
+
+    def next_answer(self) -> Answer:
+        asked = self._asked[0]
+        engine = self._open()
+        try:
+            answer = engine.take(asked.on_its_way)
+        except WarmfrontError as error:
+            question = asked.question
+            moves = question is not None and question.kind not in ("proximity", "intersections")
+            of_trial = question is None or question.of_trial_end
+            if moves or (of_trial and isinstance(error, FailedPreconditionError)):
+                self._trial = None
+            told = self._told(error, asked.number, None)
+            if self._frame_failed and isinstance(error, FailedPreconditionError):
+                expected = self._frame + 1
+                told = FailedPreconditionError(f"frame {asked.number} is out of order: frame {expected} is expected",
+                                               reason="FRAME_OUT_OF_ORDER", expected_frame=expected)
+            self._pop()
+            if question is None and not self._asked:
+                self._may_commit = self._trial is not None
+            # What was sent after a frame that does not count is out of order; after a trial it is not.
+            if asked.counts and self._asked:
+                self._frame_failed = True
+            raise told from None
+        self._pop()
+        if asked.question is None:
+            return self._committed(answer, asked.fraction, asked.number)
+        return self._answered(answer, asked.question, asked.number, asked.moved)
+
+    def _pop(self) -> None:
+        self._asked.popleft()
+        if not self._asked:
+            self._frame_failed = False
+
+    def _check_room(self) -> None:
+        if self._frame_failed:
+            raise FailedPreconditionError("a frame failed, and frames were sent after it; take their answers before sending "
+                                          "more")
+        if len(self._asked) >= _WINDOW:
+            raise FailedPreconditionError(f"{_WINDOW} frames are unanswered, which is the session's window; take an answer "
+                                          "before sending more")
+
+    def _check_trial(self, kind: str) -> None:
+        if not self._may_commit or (not self._asked and self._trial is None):
+            raise FailedPreconditionError(only_with_trial(kind))
+
+    def _told(self, error: WarmfrontError, number: int, timeout: Optional[float]) -> WarmfrontError:
+        if self.failed is not None and isinstance(error, CancelledError):
+            return self.failed  # closed by another thread
+        if isinstance(error, DeadlineExceededError) and timeout is not None:
+            return DeadlineExceededError(too_late(number, timeout))
+        return error
+
+    def _read(self, number: int, motion: Motion) -> tuple[Optional[npt.NDArray[Any]], Any, _Moved]:
+        """What the engine is given."""
+        if motion.parts is not None:
+            given = dict(motion.parts)
+            named = [tuple(np.frombuffer(given.get(part, b""), "<u4").tolist()) for part in (_frame.BODIES, _frame.POSE_BODIES)]
+            return None, [(part, [data]) for part, data in motion.parts if len(data) > 0], _Moved(False, *named)
+        try:
+            array, parts = self.state.read(motion.positions, motion.bodies or {}, motion.poses or {}, motion.vertices,
+                                           motion.vertex_positions)
+        except WarmfrontError as error:
+            self._may_commit = False  # as after any question that fails
+            raise type(error)(f"frame {number}: {error.message}") from None
+        if array is not None:
+            return array, None, _ALL
+        if not parts:
+            return None, None, _NOTHING
+        return None, parts, _Moved(False, tuple(motion.bodies or ()), tuple(motion.poses or ()))
+
+    def _kept(self, question: Question) -> _engine.Question:
+        """The question as the engine takes it."""
+        asked = self._questions.get(question.content)
+        if asked is None:
+            asked = _engine.Question(step_pb2.Question.FromString(question.content))
+            if len(self._questions) >= _KEPT_QUESTIONS:
+                self._questions.clear()
+            self._questions[question.content] = asked
+        return asked
+
+    def _answered(self, answer: _engine.Answer, question: Question, number: int, moved: _Moved) -> Answer:
+        """The answer, after which the session is where it says."""
+        state = self.state
+        topology = state.topology()
+        if question.counts:
+            self._frame = number
+            self._steps += 1
+            self._trial = None
+            if state.poses:
+                state.take_parts(moved.whole, moved.bodies, moved.posed)
+        elif question.is_trial:
+            self._trial = moved
+        if question.by_vertex:
+            return VertexDistances(number, answer.distances(), answer.vf, answer.ee, answer.possible,
+                                   statistics_of(answer.statistics), answer.vh)
+        worlds, tois = answer.worlds() if answer.has_worlds() else (None, None)
+        contacts = Contacts(number, *answer.columns(), answer, topology, worlds, tois)
+        if question.kind == "intersections":
+            return intersections_of(contacts, answer)
+        return max_step_of(contacts, answer) if question.kind == "max_step" else contacts
+
+    def _committed(self, answer: _engine.Answer, fraction: float, number: int) -> Committed:
+        moved, self._trial = self._trial, None
+        self._may_commit = bool(self._asked) and self._may_commit
+        self._frame = number
+        self._steps += 1
+        if moved is not None and fraction > 0 and self.state.poses:
+            self.state.take_parts(moved.whole, moved.bodies, moved.posed)
+        vf, ee, possible, earliest_toi, vh = answer.commit()
+        return Committed(fraction, vf, ee, possible, earliest_toi, number, vh)
+
+    # Changes.
+
+    def change(self, make: Callable[[SceneState], SceneChange]) -> None:
+        engine = self._changing()
+        change = make(self.state)
+        message = change.encode(self.state)
+        try:
+            engine.change(message)
+        except WarmfrontError as error:
+            raise self._told(error, 0, None) from None
+        change.take(self.state)
+        self.state.forget_rows()
+
+    def change_options(self, options: Options) -> None:
+        engine = self._changing()
+        header = session_pb2.SessionHeader()
+        options.put_into(header.options)
+        try:
+            engine.change_options(header.options)
+        except WarmfrontError as error:
+            raise self._told(error, 0, None) from None
+        self.options = options
+
+    def _changing(self) -> _engine.Session:
+        """From here on there is no trial to commit, whether or not the change is carried out."""
+        if self._asked:
+            raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
+        self._trial = None
+        self._may_commit = False
+        return self._open()

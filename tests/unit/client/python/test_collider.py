@@ -1,0 +1,484 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A session in this process: the same answers, errors and bits as behind a daemon, whatever is asked and in whichever order;
+what it does with memory, locks, signals and threads."""
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from support import COLUMNS, triangle_through_triangle
+
+import warmfront
+from warmfront import Body, Committed, Contacts, Intersections, MaxStep, Options, VertexDistances, WarmfrontError
+
+if not warmfront.has_engine():
+    pytest.skip("pybind11-dev is not installed", allow_module_level=True)
+
+BEFORE, AFTER, FACES = triangle_through_triangle()
+# Of statistics, what is the same in every run.
+COUNTS = ("vertices_moved", "triangle_pairs", "elementary_tests", "exact_tests", "feature_pairs_filtered", "parts_moved")
+
+
+def counts(statistics):
+    return tuple(getattr(statistics.counts, name) for name in COUNTS)
+
+
+def told(answer):
+    """All of an answer but times: a value to compare."""
+    if isinstance(answer, Contacts):
+        columns = tuple((name, None if column is None else (column.dtype.str, column.shape, len(column) > 0 and column.flags.writeable, column.tobytes()))
+                        for name in (*COLUMNS, "direction", "squared_distance", "closest", "worlds", "world_tois", "bodies", "faces",
+                                     "edges") for column in [getattr(answer, name)])
+        return ("contacts", answer.frame, answer.vf, answer.ee, answer.ve, answer.vv, answer.vh, answer.possible,
+                answer.earliest_toi, bool(answer), len(answer), repr(answer), answer.statistics.front_state, columns)
+    if isinstance(answer, Intersections):
+        return ("intersections", answer.frame, answer.count, answer.edges.tobytes(), answer.edges.shape, answer.faces.tobytes(),
+                answer.faces.shape)
+    if isinstance(answer, VertexDistances):
+        return ("distances", answer.frame, answer.distances.tobytes(), answer.distances.flags.writeable, answer.vf, answer.ee,
+                answer.vh, answer.possible)
+    if isinstance(answer, MaxStep):
+        return ("max_step", answer.fraction, answer.first, answer.overlaps_at_start, answer.worlds.tobytes(),
+                answer.world_fractions.tobytes())
+    if isinstance(answer, Committed):
+        return ("commit", answer)
+    return ("value", answer)
+
+
+def outcome(call):
+    """The answer, or the error: its type, words and what a program reads of it."""
+    try:
+        return told(call())
+    except WarmfrontError as error:
+        return (type(error).__name__, error.message, error.reason, error.limit, error.expected_frame, error.retry_after)
+
+
+def turned(angle, shift):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0, shift], [s, c, 0, 0], [0, 0, 1, 0]])
+
+
+class Asker:
+    """Draws what is asked next, right or wrong, of two sessions alike."""
+
+    def __init__(self, seed, frames, dtype):
+        self.draw = random.Random(seed)
+        self.frames = frames
+        self.dtype = dtype
+        self.n = frames.shape[1]
+
+    def motion(self, session):
+        d = self.draw
+        n = len(session.positions)
+        kind = d.choice(["all", "all", "bodies", "vertices", "poses", "bad"])
+        if kind == "all" and n == self.n:
+            return dict(positions=self.frames[d.randrange(len(self.frames))])
+        if kind == "bodies":
+            k = d.randrange(2)
+            x = session.positions
+            return dict(bodies={0: (x[:9] + self.dtype(d.choice([0.0, 0.25, -0.5]))), 2: x[12:15] + self.dtype(0.125)} if k else
+                        {0: x[:9] + self.dtype(0.5)})
+        if kind == "vertices":
+            at = sorted(d.sample(range(9), 3))
+            return dict(vertices=at, vertex_positions=session.positions[at] + self.dtype(d.choice([0.25, -0.25])))
+        if kind == "poses":
+            return dict(poses={1: turned(d.random(), d.random()).astype(self.dtype).astype(float)})
+        bad = session.positions.copy()
+        bad[d.randrange(n), d.randrange(3)] = np.nan
+        return d.choice([dict(positions=bad), dict(positions=bad[:3]), dict(bodies={7: bad}), dict(vertices=[1]),
+                         dict(poses={0: np.eye(3, 4)}), dict(poses={1: 2 * np.eye(3, 4)}), dict(vertices=[0, 0], vertex_positions=bad[:2])])
+
+    def options(self, kind):
+        d = self.draw
+        out = {}
+        if kind in ("step", "trial") and d.random() < 0.3:
+            out["report"] = d.choice(["all", "earliest", "count", "candidates", "any", "most"])
+        if kind in ("step", "trial", "proximity") and d.random() < 0.4:
+            out["fields"] = d.choice([["weights"], ["points", "normal"], ["squared_distance", "direction", "closest"], [], ["depth"]])
+        if kind != "proximity" and d.random() < 0.3:
+            out["min_separation"] = d.choice([0.0, 0.1, 0.5, -1.0])
+        if d.random() < 0.3:
+            out["tier"] = d.choice(["fast", "certified", "exact"])
+        if d.random() < 0.1:
+            out["max_contacts"] = d.choice([2, 10**6, 10**12])
+        if kind == "max_step":
+            out.pop("fields", None)
+            if d.random() < 0.3:
+                out["keep_distance"] = d.choice([0.1, 0.5, 2.0])
+            if d.random() < 0.3:
+                out["leave_out_overlaps"] = True
+        if kind == "proximity":
+            out["where"] = d.choice(["base", "base", "trial_end"])
+            if d.random() < 0.3:
+                out["reduced"] = True
+            if d.random() < 0.2:
+                out["report"] = d.choice(["count", "earliest"])
+        return out
+
+    def change(self, session):
+        d = self.draw
+        x = session.positions
+        which = d.randrange(9)
+        if which == 0:
+            filters = d.choice([None, {"within_edges": 1}, {"within_edges": 9}])
+            return lambda s: s.change_filters(filters)
+        if which == 1:
+            return lambda s: s.change_excluded_pairs([(0, 1)])
+        if which == 2:
+            return lambda s: s.change_excluded_pairs([(0, 99)])
+        if which == 3:
+            return lambda s: s.change_options(Options(tier="exact", fields=["points"], max_contacts=10**6))
+        if which == 4:
+            return lambda s: s.change_options(Options(leaf_size=8, max_contacts=10**6))
+        if which == 5:
+            return lambda s: s.change_body(0, Body(9, thickness=0.01))
+        if which == 6:
+            return lambda s: s.change_body(1, Body(3, "deformable"))
+        if which == 7:
+            faces = d.choice([FACES[:1], np.array([[0, 1, 2], [3, 4, 5], [6, 7, 8]]), np.array([[0, 1, 9]])])
+            return lambda s: s.replace_elements(0, faces)
+        return lambda s: s.add_body(Body(3, name="more"), FACES[:1], x[:3] + x.dtype.type(3))
+
+
+def scene(dtype):
+    """Three triangles that deform, a rigid one, one that deforms, and a ground that is a half-space; frames of motion."""
+    rng = np.random.default_rng(5)
+    shape = np.concatenate([BEFORE, BEFORE[:3] + [0, 0, 0.5], BEFORE[:3] + [0.1, 0.1, 1.5], BEFORE[:3] + [0, 0, 2]])
+    frames = np.stack([shape + [0, 0, -0.2 * k] + 0.05 * rng.standard_normal(shape.shape) for k in range(8)]).astype(dtype)
+    frames[:, 9:12] = frames[0, 9:12] + np.arange(8)[:, None, None].astype(dtype) * dtype(0.125)
+    faces = np.arange(15).reshape(5, 3)
+    bodies = [Body(9, name="cloth"), Body(3, "rigid"), Body(3), Body(kind="static", half_space=((0, 0, -0.5), (0, 0, 1)))]
+    return frames, faces, bodies
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("seed", range(8))
+def test_whatever_is_asked_is_answered_alike(client, seed, dtype):
+    """The same calls of a session behind a daemon and of one in this process, refused ones included."""
+    frames, faces, bodies = scene(dtype)
+    # A daemon's own limit is another one.
+    arguments = dict(bodies=bodies, thickness=[0.0, 0.01][seed % 2], first_frame=seed, options=Options(max_contacts=10**7))
+    asker = Asker(seed, frames, dtype)
+    answers = []
+    with client.session(frames[0], faces, **arguments) as there, warmfront.Collider(frames[0], faces, **arguments) as here:
+        def both(call):
+            a, b = (outcome(lambda session=session: call(session)) for session in (there, here))
+            assert a == b, (seed, len(answers))
+            answers.append(a)
+
+        for _ in range(150):
+            kind = asker.draw.choice(["step", "trial", "trial", "max_step", "commit", "commit", "proximity", "vertex_distances",
+                                      "intersections", "place", "change"])
+            if kind == "change":
+                if asker.draw.random() < 0.3:
+                    both(asker.change(there))
+            elif kind == "commit":
+                fraction = asker.draw.choice([0, 0.25, 1 / 3, 1, 1.5])
+                both(lambda session: session.commit(fraction))
+            elif kind == "proximity":
+                distance, options = asker.draw.choice([0.2, 0.5, -1]), asker.options(kind)
+                both(lambda session: session.proximity(distance, **options))
+            elif kind == "vertex_distances":
+                where = asker.draw.choice(["base", "trial_end"])
+                both(lambda session: session.vertex_distances(0.5, where=where))
+            elif kind == "intersections":
+                options = {"report": asker.draw.choice(["all", "count", "any", "earliest"]), "where": asker.draw.choice(["base", "trial_end"])}
+                both(lambda session: session.intersections(**options))
+            else:
+                motion, options = asker.motion(there), {} if kind == "place" else asker.options(kind)
+                both(lambda session: getattr(session, kind)(**motion, **options))
+            assert there.last_frame == here.last_frame and there.positions.tobytes() == here.positions.tobytes()
+            assert there.edges.tobytes() == here.edges.tobytes()
+        same = ("vertex_count", "face_count", "edge_count", "lone_edge_count", "body_count", "dtype", "filters", "most_thickness",
+                "world_count", "screw_count", "last_frame")
+        assert [getattr(there.info(), name) for name in same] == [getattr(here.info(), name) for name in same]
+    kinds = [answer[0] for answer in answers]
+    assert len(set(kinds)) >= 7 and sum(kind.endswith("Error") for kind in kinds) >= 10 and kinds.count("contacts") >= 10
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_several_on_the_way_are_answered_alike(client, seed):
+    frames, faces, bodies = scene(np.float64)
+    asker = Asker(100 + seed, frames, np.float64)
+    d = asker.draw
+    with client.session(frames[0], faces, bodies=bodies) as there, warmfront.Collider(frames[0], faces, bodies=bodies) as here:
+        assert there.window == here.window
+        waiting = 0
+        for _ in range(120):
+            if waiting and d.random() < 0.45:
+                a, b = (outcome(session.next_answer) for session in (there, here))
+                waiting -= 1
+            else:
+                kind = d.choice(["step", "trial", "max_step", "commit", "proximity", "intersections", "place"])
+                given = dict(kind=kind)
+                if kind == "commit":
+                    given["fraction"] = d.choice([0.5, 1.0])
+                elif kind == "proximity":
+                    given.update(min_separation=0.3, where=d.choice(["base", "trial_end"]))
+                elif kind != "intersections":
+                    # What follows a frame that fails begins elsewhere: its rows are of fixed places.
+                    given["positions"] = frames[d.randrange(8)] if d.random() < 0.85 else np.full_like(frames[0], np.inf)
+                a, b = (outcome(lambda: session.submit(**given)) for session in (there, here))
+                waiting += a[0] == "value"
+            assert a[0] == b[0] and (a[0].endswith("Error") or a == b), (a, b)
+            if a[0].endswith("Error"):
+                assert a[2:] == b[2:]
+        for _ in range(waiting):
+            assert outcome(there.next_answer)[0] == outcome(here.next_answer)[0]
+        assert there.last_frame == here.last_frame and there.positions.tobytes() == here.positions.tobytes()
+
+
+def test_all_deformable_is_told_alike(client, cloth):
+    arguments = dict(bodies=cloth.bodies, options=Options(explain=True))
+    with client.session(cloth.frames[0], cloth.faces, **arguments) as there:
+        here = warmfront.Collider(cloth.frames[0], cloth.faces, **arguments)
+        for k in (1, 2, 3):
+            a, b = there.step(cloth.frames[k]), here.step(cloth.frames[k])
+            assert counts(a.statistics) == counts(b.statistics)
+            x, y = a.all_deformable, b.all_deformable
+            assert counts(x.statistics) == counts(y.statistics)
+            assert (x.frame_bytes, x.positions_bytes) == (y.frame_bytes, y.positions_bytes)
+
+
+def test_every_option_and_field_of_the_contract_reaches_the_engine():
+    """What is read of a message: all that the contract has."""
+    from warmfront import _engine
+    from warmfront.v1 import options_pb2, session_pb2, step_pb2
+
+    class Watched:
+        def __init__(self, message, seen):
+            self._message, self._seen = message, seen
+
+        def __getattr__(self, name):
+            self._seen.add(name)
+            return getattr(self._message, name)
+
+    question = step_pb2.Question(tolerance=0.5, min_separation=0.5, max_contacts=5, keep_distance=0.5)
+    question.fields.SetInParent()
+    seen = set()
+    _engine.Question(Watched(question, seen))
+    assert seen - {"HasField"} == set(step_pb2.Question.DESCRIPTOR.fields_by_name)
+
+    everything = Options(tier="exact", tolerance=0.5, min_separation=0.25, report="count", front="paper", bounds="aabb", normal_cones=True,
+                         lazy_front=False, leaf_size=8, rebuild_after_stalled_steps=5, rebuild_every_steps=6, max_front_bytes=1 << 20,
+                         max_contacts=77, find_bodies=False, find_rigid=False, separate_parts=False, explain=True,
+                         fields=("weights", "normal", "points", "direction", "squared_distance", "closest"))
+    assert set(options_pb2.ColliderOptions.DESCRIPTOR.fields_by_name) == set(Options.__dataclass_fields__)
+    assert warmfront.Collider(BEFORE, FACES, options=everything).info().options == everything
+    assert set(session_pb2.Body.DESCRIPTOR.fields_by_name) == set(Body.__dataclass_fields__)
+
+
+def test_columns_outlive_what_told_them_and_are_read_only():
+    session = warmfront.Collider(BEFORE, FACES)
+    contacts = session.step(AFTER)
+    v, toi = contacts.v, contacts.toi
+    kept = v.tobytes(), toi.tobytes()
+    assert v.base is not None and not v.flags.writeable and not toi.flags.writeable and v.flags.aligned
+    with pytest.raises(ValueError):
+        v[0, 0] = 1
+    del contacts
+    for _ in range(20):
+        session.step(BEFORE)
+        session.step(AFTER)
+    session.close()
+    del session
+    assert (v.tobytes(), toi.tobytes()) == kept
+
+
+def test_what_is_given_is_left_as_it_is_and_may_be_read_only():
+    after = AFTER.copy()
+    after.flags.writeable = False
+    session = warmfront.Collider(BEFORE, FACES)
+    session.step(after)
+    session.submit(after, kind="trial")
+    assert (after == AFTER).all() and len(session.next_answer()) == 0
+    moved = BEFORE.copy()
+    session.submit(moved)
+    moved[:] = np.nan  # free to be changed at once
+    assert len(session.next_answer()) == 3
+
+
+def test_closed():
+    session = warmfront.Collider(BEFORE, FACES)
+    session.close()
+    session.close()
+    for call in (lambda: session.step(AFTER), lambda: session.positions, session.info, lambda: session.change_filters(None)):
+        with pytest.raises(warmfront.FailedPreconditionError, match="the session is closed"):
+            call()
+    with warmfront.Collider(BEFORE, FACES) as session:
+        pass
+    with pytest.raises(warmfront.FailedPreconditionError):
+        session.commit()
+
+
+def large():
+    """A scene whose step from cold takes a while: a grid that falls through another, all of it at once."""
+    n = 160
+    grid = np.stack([*np.meshgrid(np.arange(n), np.arange(n), indexing="ij"), np.zeros((n, n))], axis=-1).reshape(-1, 3).astype(float)
+    i = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).reshape(-1)
+    faces = np.concatenate([np.stack([i, i + 1, i + n], 1), np.stack([i + 1, i + n + 1, i + n], 1)])
+    above = np.concatenate([grid, grid + [0.3, 0.3, 1]])
+    below = above.copy()
+    below[n * n:, 2] = -1
+    return above, below, np.concatenate([faces, faces + n * n])
+
+
+def test_other_threads_go_on_meanwhile():
+    above, below, faces = large()
+    session = warmfront.Collider(above, faces, threads=1)
+    ticks = []
+    stop = threading.Event()
+
+    def tick():
+        while not stop.is_set():
+            ticks.append(1)
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    try:
+        before = len(ticks)
+        assert len(session.step(below)) > 10_000
+        assert len(ticks) > before
+    finally:
+        stop.set()
+        thread.join()
+
+
+def test_close_stops_what_another_thread_waits_for():
+    above, below, faces = large()
+    session = warmfront.Collider(above, faces, threads=1)
+    errors = []
+
+    def step_for_ever():
+        try:
+            while True:
+                session.step(below)
+                session.step(above)
+        except WarmfrontError as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=step_for_ever)
+    thread.start()
+    session.close()
+    thread.join(60)
+    assert not thread.is_alive()
+    assert isinstance(errors[0], warmfront.FailedPreconditionError) and errors[0].message == "the session is closed"
+
+
+def test_a_time_limit_leaves_everything_as_it_was():
+    above, below, faces = large()
+    session = warmfront.Collider(above, faces, threads=1)
+    with pytest.raises(warmfront.DeadlineExceededError, match=r"frame 1: no answer within 1e-06 s; it does not count") as error:
+        session.step(below, timeout=1e-6)
+    assert isinstance(error.value, TimeoutError) and session.last_frame == 0
+    assert session.positions.tobytes() == above.tobytes()
+    fresh = warmfront.Collider(above, faces, threads=2)
+    a, b = session.step(below, timeout=600), fresh.step(below)
+    assert a.frame == b.frame == 1 and a.v.tobytes() == b.v.tobytes() and a.toi.tobytes() == b.toi.tobytes()
+
+
+def test_an_interrupt_leaves_everything_as_it_was(tmp_path):
+    """In a process of its own, which is interrupted while it computes."""
+    program = tmp_path / "program.py"
+    program.write_text(f"""
+import signal, sys, threading
+sys.path.insert(0, {os.path.dirname(__file__)!r})
+import warmfront
+from test_collider import large
+above, below, faces = large()
+session = warmfront.Collider(above, faces, threads=1)
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+interrupts = 0
+for k in range(20):
+    frame = session.last_frame
+    answered = False
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.001 + 0.004 * k)
+        session.step(below if frame % 2 == 0 else above)
+        answered = True
+        threading.Event().wait(60)
+    except KeyboardInterrupt:
+        interrupts += not answered
+    at = above if session.last_frame % 2 == 0 else below
+    assert session.last_frame - frame in (0, 1) and session.positions.tobytes() == at.tobytes()
+print("interrupted", interrupts, "of 20; then", len(session.step(above if session.last_frame % 2 else below)))
+""")
+    done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout.split()[1]) > 0, done.stdout
+
+
+def test_many_colliders_in_many_threads(cloth):
+    expected = [told(answer)[-1] for answer in steps(cloth, 1)]
+    results = {}
+
+    def run(k):
+        results[k] = [told(answer)[-1] for answer in steps(cloth, 1 + k % 3)]
+
+    threads = [threading.Thread(target=run, args=(k,)) for k in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(results[k] == expected for k in range(6))
+
+
+def steps(cloth, threads):
+    with warmfront.Collider(cloth.frames[20], cloth.faces, bodies=cloth.bodies, threads=threads) as session:
+        return [session.step(frame) for frame in cloth.frames[21:40]]
+
+
+def test_open_is_any_of_three(daemon):
+    answers = []
+    for server, kind in ((None, warmfront.Collider), ("local", warmfront.Session), (daemon.address, warmfront.Session)):
+        with warmfront.open(BEFORE, FACES, server=server, options=Options(fields=["points"])) as session:
+            assert type(session) is kind and isinstance(session, warmfront.AnySession)
+            answers.append(told(session.step(AFTER)))
+        with warmfront.open_batch(3, BEFORE, FACES, server=server) as batch:
+            answers[-1] = (answers[-1], batch.step(np.stack([AFTER] * 3)).counts.tolist())
+    assert answers[0] == answers[1] == answers[2]
+
+
+def test_what_open_started_ends_with_it():
+    with warmfront.open(BEFORE, FACES, server="local") as session:
+        daemon = session._link.connection._private
+        assert len(session.step(AFTER)) == 3 and daemon._process.poll() is None
+    assert daemon._process.poll() is not None
+
+
+@pytest.mark.parametrize("given, message", [
+    (dict(threads=-1), r"threads: -1 is not in \[0, 1024\]"),
+    (dict(threads=2.5), r"threads: 2.5 is not in"),
+    (dict(security=warmfront.Security(tls=True)), "security: it is of a connection"),
+    (dict(timeouts=warmfront.Timeouts(answer=1)), "timeouts: it is of a connection"),
+    (dict(server="localhost"), "HOST:PORT"),
+    (dict(server="127.0.0.1:1", threads=2), "threads: how many a daemon has"),
+])
+def test_what_open_refuses(given, message):
+    with pytest.raises(warmfront.InvalidArgumentError, match=message):
+        warmfront.open(BEFORE, FACES, **given)
+
+
+def test_who_computes_here_loads_no_grpc():
+    program = "import sys, warmfront; warmfront.Collider([[0., 0, 0]]); assert 'grpc' not in sys.modules"
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+
+
+def test_nothing_is_left_behind():
+    """A session that is dropped, its questions unanswered, ends its thread and its memory."""
+    def drop():
+        session = warmfront.Collider(BEFORE, FACES)
+        session.submit(AFTER)
+        session.submit(BEFORE, kind="trial")
+
+    drop()
+    count = len(os.listdir("/proc/self/task"))
+    for _ in range(200):
+        drop()
+    assert len(os.listdir("/proc/self/task")) <= count + 4
