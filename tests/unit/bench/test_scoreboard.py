@@ -44,8 +44,9 @@ def folder(tmp_path):
 
 def scoreboard(*flags, bin_folder=BIN):
     """Its exit code, rows and errors; one round, one thread."""
-    done = subprocess.run([sys.executable, ROOT / "tests/bench/scoreboard", "--rounds", "1", "--threads", "1", "--bin", bin_folder,
-                           "--csv", "-", *map(str, flags)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    done = subprocess.run([sys.executable, ROOT / "tests/bench/scoreboard", "--rounds", "1", "--threads", "1", "--csv", "-",
+                           "--bin", bin_folder, *map(str, flags)],
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     return done.returncode, list(csv.DictReader(io.StringIO(done.stdout))), done.stderr
 
 
