@@ -54,7 +54,7 @@ TEST(Input, ArgumentsAreCheckedByTheirForm) {
   EXPECT_THAT(usage_error_of({"a.ply", "folder"}), HasSubstr("folder"));
   EXPECT_THAT(usage_error_of({"a.ply", "builtin:bart"}), HasSubstr("stands alone"));
   EXPECT_THAT(usage_error_of({"builtin:barth"}),
-              HasSubstr("cloth-ball, flamenco, n-body, princess, bart, hair, particles, ground, torn, turning"));
+              HasSubstr("cloth-ball, flamenco, n-body, princess, bart, hair, particles, ground, torn, cut, turning"));
 }
 
 TEST(Input, ACacheFolderGivesFramesAndBodies) {
