@@ -15,6 +15,7 @@
 #include "client/io/file.h"
 #include "client/io/info_json.h"
 #include "client/io/mesh.h"
+#include "client/io/mesh_file.h"
 #include "client/io/pc2.h"
 #include "client/io/ply.h"
 #include "client/scenes/catalog.h"
@@ -74,6 +75,16 @@ Status write_scene(const scenes::SceneSpec& spec, scenes::Animation& animation, 
   return write_file((folder / "info.json").string(), format_info_json(info));
 }
 
+/// Frames of another scene would be taken for those of this one.
+Status check_no_meshes(const std::string& folder) {
+  std::error_code failed;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, failed))
+    if (is_mesh_file_name(entry.path().string()))
+      return invalid_argument(folder + ": holds " + entry.path().filename().string() +
+                              ", beside which a mesh a frame would be written; give an empty folder");
+  return {};
+}
+
 /// A mesh a frame, and one more where the topology changes, behind the frame's own in the order of names.
 Status write_meshes(const scenes::SceneSpec& spec, scenes::Animation& animation,
                     const std::vector<std::uint32_t>& changes, const std::filesystem::path& folder) {
@@ -115,17 +126,22 @@ int scene(const SceneArguments& arguments) {
   const std::unique_ptr<scenes::Animation> animation = scenes::make_animation(spec);
   const SceneInfo info = describe(spec, animation->scene());
   const std::vector<std::uint32_t> changes = animation->changes();
-  if (const Status status = changes.empty() ? write_scene(spec, *animation, info, arguments.folder)
-                                            : write_meshes(spec, *animation, changes, arguments.folder);
+  if (!animation->keeps_topology())
+    if (const Status status = check_no_meshes(arguments.folder); !status)
+      return failure(status.error().message);
+  if (const Status status = animation->keeps_topology()
+                                ? write_scene(spec, *animation, info, arguments.folder)
+                                : write_meshes(spec, *animation, changes, arguments.folder);
       !status)
     return failure(status.error().message);
   if (!arguments.json_file.empty()) {
     if (const Status status = write_text(arguments.json_file, format_info_json(info)); !status)
       return failure(status.error().message);
   }
-  if (arguments.json_file != "-" && !changes.empty())
-    std::printf("%s: the topology changes at %zu frames from %u on; at first:\n", arguments.folder.c_str(),
-                changes.size(), changes.front());
+  if (arguments.json_file != "-" && !animation->keeps_topology())
+    std::printf(
+        "%s: a mesh a frame, and another at each of %zu frames at which the topology changes; at first:\n",
+        arguments.folder.c_str(), changes.size());
   if (arguments.json_file != "-")
     std::printf("%s: %llu triangles, %zu edges besides, %llu vertices, %zu bodies, %u frames\n",
                 arguments.folder.c_str(), static_cast<unsigned long long>(info.triangles),

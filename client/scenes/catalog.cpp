@@ -92,6 +92,10 @@ std::vector<std::uint32_t> Animation::changes() const {
   return frames;
 }
 
+bool Animation::keeps_topology() const {
+  return model_->changes().empty();
+}
+
 SceneDescription Animation::scene(std::size_t part) const {
   return model_->scene_of(part);
 }

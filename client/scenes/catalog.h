@@ -53,6 +53,8 @@ class Animation {
   /// The frames at which its topology changes, ascending, first and last frame excluded: mostly none. Part 0
   /// of it ends at the first of them, where part 1 starts.
   std::vector<std::uint32_t> changes() const;
+  /// Whether it never changes, however many frames are asked for.
+  bool keeps_topology() const;
   SceneDescription scene(std::size_t part = 0) const;
 
   /// (n, 3) positions of frame `index`, which is one of this part's, valid until the next call. Each next

@@ -224,7 +224,9 @@ Verb add_bench(CLI::App& app) {
   app.add_flag(
       "--span", a.span,
       "Instead, what each step forks into, recorded on one thread: its work, its longest chain, and the "
-      "speed-up of a greedy schedule on up to 128 cores");
+      "speed-up of a greedy schedule on up to 128 cores; below it where the chain's time goes, its five "
+      "longest "
+      "places in the engine's source: in the tasks that are forked there, or after them, on one thread");
   app.footer(
       "Times and counts are those of a warm frame; the first step, which builds hierarchy and front, is "
       "reported separately\n(an input of one step has only that). To measure the effect of SIMD, compare "

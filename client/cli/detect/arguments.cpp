@@ -60,10 +60,14 @@ Status check_topology_changes(const DetectArguments& arguments) {
   };
   if (!arguments.record_file.empty())
     return refused("--record",
-                   "a recording made here keeps its own; use --server and warmfrontd --record-dir");
+                   "a recording that this writes has one topology; let a daemon write it (--server, and "
+                   "--record-dir of warmfrontd)");
   if (arguments.options.explain) return refused("--explain", "what is kept is not comparable then");
+  if (arguments.filters.near_at_rest)
+    return refused("--filter-near-at-rest", "what is near at rest is not known of the meshes to come");
   if (arguments.files.continuity || arguments.files.ended)
-    return refused("--continuity", "vertices have other numbers then; give --frames between two changes");
+    return refused(arguments.files.ended ? "--ended" : "--continuity",
+                   "vertices have other numbers then; give --frames between two changes");
   return {};
 }
 

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cstdio>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -42,6 +43,13 @@ int detect(DetectArguments arguments) {
   if (parts.size() > 1)
     if (Status status = check_topology_changes(arguments); !status)
       return usage_error(status.error().message);
+  if (parts.size() > 1)
+    std::fprintf(stderr,
+                 "warmfront: the topology changes %zu time%s, first at frame %u (%s): there the new mesh "
+                 "stands for the "
+                 "same moment, and nothing is tested between the two\n",
+                 parts.size() - 1, parts.size() == 2 ? "" : "s", parts[1].input->first_number(),
+                 parts[1].input->name().c_str());
   DetectRun run(arguments, std::uint64_t{range.last - range.first} * arguments.substeps);
   for (const PartRange& part : parts)
     if (Status status = run.part(part); !status) return failure(status.error().message);

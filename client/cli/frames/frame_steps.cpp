@@ -51,7 +51,9 @@ std::vector<PartRange> parts_in(Input& first, FrameRange range) {
   for (Input* part = &first; part != nullptr; part = part->next()) {
     const std::uint32_t begin = std::max(range.first, part->first_number());
     const std::uint32_t end = std::min(range.last, part->first_number() + part->frame_count() - 1);
-    if (begin < end) parts.push_back({part, {begin - part->first_number(), end - part->first_number()}});
+    const bool one_mesh = part->frame_count() == 1 && begin == end;
+    if (begin < end || one_mesh)
+      parts.push_back({part, {begin - part->first_number(), end - part->first_number()}});
   }
   return parts;
 }

@@ -28,7 +28,8 @@ struct PartRange {
   Input* input;
   FrameRange range;
 };
-/// The parts with steps in `range`, which counts the frames of all parts and has a step at least.
+/// The parts with steps in `range`, which counts the frames of all parts and has a step at least; and those
+/// within it that are one mesh, which is looked at though nothing moves.
 std::vector<PartRange> parts_in(Input& first, FrameRange range);
 
 class FrameSteps {

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from typing import Any, Optional
 
 from ._backend import Answer, Backend, Motion
-from ._question import Question, QuestionKind, Where, fraction_of, question_of
+from ._question import Question, QuestionKind, Where, fraction_of, number_of, question_of
 from .errors import FailedPreconditionError, InvalidArgumentError
 from .options import ContactField, Report, Tier
 
@@ -87,7 +87,7 @@ class Asking:
 
     def _ask(self, motion: Optional[Motion], question: Question, timeout: Optional[float], fraction: float = 1.0) -> Answer:
         """Submits, and waits for the answer; what ends without one is given up. Without a motion: a commit."""
-        if timeout is not None and not timeout > 0:
+        if timeout is not None and not number_of(timeout, "timeout", "a positive time in seconds") > 0:
             raise InvalidArgumentError(f"timeout: {timeout!r} seconds; give a positive time")
         with self._turn:
             backend = self._alive()

@@ -15,7 +15,7 @@ from ._question import Question
 from ._scene_changes import SceneChange
 from ._state import SceneState
 from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
-from .errors import WarmfrontError
+from .errors import InvalidArgumentError, WarmfrontError
 from .info import SessionInfo
 from .options import Options
 
@@ -32,6 +32,12 @@ class Motion:
     vertices: Any = None
     vertex_positions: Any = None
     parts: Optional[Sequence[Part]] = None  # instead: what moved as it travels, checked by who made it
+
+    def __post_init__(self) -> None:
+        for name in ("bodies", "poses"):
+            given = getattr(self, name)
+            if given is not None and not isinstance(given, Mapping):
+                raise InvalidArgumentError(f"{name}: a {type(given).__name__}; give a dict, from the number of each body that moves")
 
     @property
     def empty(self) -> bool:

@@ -16,14 +16,14 @@ import numpy.typing as npt
 from . import _engine, _frame
 from ._backend import Answer, Motion, only_with_trial, too_late
 from ._contacts import intersections_of, max_step_of
-from ._question import Question
+from ._question import Question, frame_number_of
 from ._scene_changes import SceneChange
 from ._state import SceneState
 from ._statistics import statistics_of
 from .answer import Committed, Contacts, VertexDistances
 from .errors import CancelledError, DeadlineExceededError, FailedPreconditionError, InvalidArgumentError, WarmfrontError
 from .info import SessionInfo
-from .options import Options
+from .options import Options, check_options
 from .v1 import options_pb2, session_pb2, step_pb2
 
 # As a daemon's, unless it is told another one.
@@ -68,18 +68,14 @@ class Local:
 
     def __init__(self, state: SceneState, options: Options, session_id: str, first_frame: int, threads: int) -> None:
         """Raises as a daemon does that is asked for such a session."""
+        check_options(options)
         header = session_pb2.SessionHeader()
         options.put_into(header.options)
         state.describe(header)
         if session_id and not _UUID.fullmatch(session_id):
             raise InvalidArgumentError(f"session_id: a UUID of 8-4-4-4-12 hexadecimal digits is expected, got "
                                        f"{len(session_id.encode())} bytes; choose a random one for each session")
-        try:
-            header.first_frame = first_frame
-        except (TypeError, ValueError):
-            raise InvalidArgumentError(f"first_frame: {first_frame!r} is not a number in [0, 2^63)") from None
-        if first_frame >= 1 << 63:
-            raise InvalidArgumentError(f"first_frame: {first_frame} is not below 2^63")
+        header.first_frame = frame_number_of(first_frame)
         filters = None
         if state.filters.given:
             filters = session_pb2.PairFilters()
@@ -313,6 +309,7 @@ class Local:
         self.state.forget_rows()
 
     def change_options(self, options: Options) -> None:
+        check_options(options)
         engine = self._changing()
         header = session_pb2.SessionHeader()
         options.put_into(header.options)

@@ -7,6 +7,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, Literal, Optional, get_args
 
+import numpy as np
+
 from .errors import InvalidArgumentError
 from .options import ContactField, Options, Report, Tier
 from .v1 import step_pb2
@@ -130,12 +132,19 @@ def _made_of(kind: QuestionKind, tier: Any, tolerance: Any, min_separation: Any,
                     bool(reduced), keep_distance is not None)
 
 
+def number_of(value: Any, name: str, wanted: str) -> float:
+    """InvalidArgumentError for what is no number: a text that reads as one, and a truth value, are none."""
+    try:
+        if isinstance(value, (str, bytes, bool, np.bool_)):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(f"{name}: {value!r} is no number; give {wanted}") from None
+
+
 def distance_of(distance: float) -> float:
     """InvalidArgumentError unless it is a finite number, 0 or more."""
-    try:
-        value = float(distance)
-    except (TypeError, ValueError):
-        raise InvalidArgumentError(f"distance: {distance!r} is no number; give a length, 0 or more") from None
+    value = number_of(distance, "distance", "a length, 0 or more")
     if not 0 <= value < math.inf:
         raise InvalidArgumentError(f"distance: {value!r} is not a finite length >= 0")
     return value
@@ -143,10 +152,7 @@ def distance_of(distance: float) -> float:
 
 def share_of(keep_distance: float) -> float:
     """InvalidArgumentError unless it is a number in (0, 1)."""
-    try:
-        value = float(keep_distance)
-    except (TypeError, ValueError):
-        raise InvalidArgumentError(f"keep_distance: {keep_distance!r} is no number; give one in (0, 1)") from None
+    value = number_of(keep_distance, "keep_distance", "one in (0, 1)")
     if not 0 < value < 1:
         raise InvalidArgumentError(f"keep_distance: {value!r} is not in (0, 1)")
     return value
@@ -154,10 +160,14 @@ def share_of(keep_distance: float) -> float:
 
 def fraction_of(fraction: float) -> float:
     """InvalidArgumentError unless it is a number in [0, 1]."""
-    try:
-        value = float(fraction)
-    except (TypeError, ValueError):
-        raise InvalidArgumentError(f"fraction: {fraction!r} is no number; give one in [0, 1]") from None
+    value = number_of(fraction, "fraction", "one in [0, 1]")
     if not 0 <= value <= 1:
         raise InvalidArgumentError(f"fraction: {value!r} is not in [0, 1]")
     return value
+
+
+def frame_number_of(number: int) -> int:
+    """InvalidArgumentError unless it is a whole number in [0, 2^63)."""
+    if isinstance(number, (bool, str, bytes)) or not hasattr(number, "__index__") or not 0 <= int(number) < 1 << 63:
+        raise InvalidArgumentError(f"first_frame: {number!r} is not a whole number in [0, 2^63)")
+    return int(number)

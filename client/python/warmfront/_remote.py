@@ -19,7 +19,7 @@ from ._state import SceneState
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, UnimplementedError, WarmfrontError,
                      may_resume)
 from .info import SessionInfo
-from .options import Options
+from .options import Options, check_options
 from .v1 import session_pb2
 
 
@@ -143,6 +143,7 @@ class Remote:
         change.take(state)
 
     def change_options(self, options: Options) -> None:
+        check_options(options)
         link = self.link
         request = self._request()
         request.options.SetInParent()

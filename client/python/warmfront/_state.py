@@ -2,7 +2,7 @@
 """The state needed to create a session again: its scene and all current positions. Used by one thread at a time."""
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Optional
 
 import numpy as np
@@ -49,6 +49,12 @@ class SceneState:
         self.dtype: np.dtype[Any] = self._rows.dtype
         self.faces = faces_of(faces).copy()
         self.edges = edges_of(edges).copy()
+        if isinstance(bodies, Body) or not isinstance(bodies, Iterable):
+            raise InvalidArgumentError(f"bodies: a {type(bodies).__name__}; give a list of warmfront.Body(...)")
+        bodies = list(bodies)
+        for index, body in enumerate(bodies):
+            if not isinstance(body, Body):
+                raise InvalidArgumentError(f"bodies[{index}]: a {type(body).__name__}; give a warmfront.Body(...)")
         self.bodies = placed(bodies)
         self.excluded_pairs = list(excluded_pairs)
         self.filters = filters.copied(len(self._rows), lambda: self._rows)

@@ -266,6 +266,11 @@ class Contacts:
             result[rows, 1] = self._topology.edges_of(self.v[rows, 2:])
         return result
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled and copied: costs as plain values, wherever the answer was computed."""
+        told = {"statistics": self.statistics, "all_deformable": self.all_deformable}
+        return {**self.__dict__, **told, "_statistics": None, "_all_deformable": None}
+
     @cached_property
     def statistics(self) -> Statistics:
         """Cost of the step."""

@@ -12,7 +12,8 @@ from ._state import SceneState
 from .batch import Batch, Copies
 from .errors import InvalidArgumentError
 from .info import ServerInfo, SessionInfo
-from .options import Options, Timeouts, Security
+from ._question import frame_number_of
+from .options import Options, Timeouts, Security, check_options
 from .scene import Body, PairFilters, filters_of
 from .session import Session
 from .v1 import session_pb2
@@ -102,8 +103,9 @@ class Client:
         from ._remote import Remote
         from ._resume import Link
 
+        check_options(options)
         state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness, edges)
-        header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=first_frame)
+        header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=frame_number_of(first_frame))
         options.put_into(header.options)
         link = Link(self._connection, header, state, options)
         link.open()

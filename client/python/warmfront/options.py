@@ -146,3 +146,9 @@ class Timeouts:
 
 # Its name before, for programs that were written then.
 Patience = Timeouts
+
+
+def check_options(options: Options) -> None:
+    """InvalidArgumentError for what is no `Options`."""
+    if not isinstance(options, Options):
+        raise InvalidArgumentError(f"options: a {type(options).__name__}; give warmfront.Options(tier=..., ...)")

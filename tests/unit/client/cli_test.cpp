@@ -460,7 +460,15 @@ TEST(Cli, DetectFollowsChangesOfTopology) {
   EXPECT_THAT(error("detect " + cut + " --record " + folder.file("r"), kExitUsage), HasSubstr("--record: "));
   EXPECT_THAT(error("detect " + cut + " --explain", kExitUsage), HasSubstr("--explain: "));
   EXPECT_THAT(error("detect " + cut + " --ended --contacts " + folder.file("c.csv"), kExitUsage),
-              HasSubstr("--continuity: "));
+              HasSubstr("--ended: "));
+  EXPECT_THAT(error("detect " + cut + " --filter-near-at-rest 0.1", kExitUsage),
+              HasSubstr("--filter-near-at-rest: "));
+  EXPECT_THAT(error("scene cut --out " + folder.file("m"), kExitFailed), HasSubstr("give an empty folder"));
+  std::ofstream(folder.file("bad.obj")) << "v 0 0 0\nv 1 0 0\nv 0 nan 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n";
+  EXPECT_THAT(error("detect --remeshed " + given(parts[0]) + folder.file("bad.obj"), kExitFailed),
+              HasSubstr("not a number"))
+      << "a last mesh is looked at, too";
+  EXPECT_THAT(error("detect " + cut, kExitOk), HasSubstr("the topology changes 5 times, first at frame 12"));
   EXPECT_THAT(error("detect --remeshed " + parts[0][0] + " " + parts[1][0], kExitFailed),
               HasSubstr("so they are one moment"));
 }

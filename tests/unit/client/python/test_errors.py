@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bad input gives the exception of its canonical code, and a message that says what and where."""
+import copy
+import pickle
+import re
 import socket
 
 import numpy as np
@@ -169,3 +172,40 @@ def test_tokens(start_daemon, tmp_path):
         connect("two")
     with pytest.raises(InvalidArgumentError, match="would travel to 10.0.0.1:1 in the clear"):
         connect("alice", "10.0.0.1:1")
+
+
+@pytest.mark.parametrize("message, ask", [
+    ("bodies: a list; give a dict", lambda s: s.trial(bodies=[AFTER])),
+    ("poses: a list; give a dict", lambda s: s.trial(poses=[np.eye(4)])),
+    ("timeout: '3' is no number", lambda s: s.trial(AFTER, timeout="3")),
+    ("fraction: '0.5' is no number", lambda s: (s.trial(AFTER), s.commit("0.5"))),
+    ("distance: '0.1' is no number", lambda s: s.proximity("0.1")),
+    ("distance: True is no number", lambda s: s.proximity(True)),
+    ("keep_distance: '0.1' is no number", lambda s: s.max_step(AFTER, keep_distance="0.1")),
+    ("options: a dict; give warmfront.Options", lambda s: s.change_options({"tier": "exact"})),
+])
+def test_arguments_of_other_types_are_named(anywhere, message, ask):
+    with anywhere.session(BEFORE, FACES) as session:
+        with pytest.raises(InvalidArgumentError, match=re.escape(message)):
+            ask(session)
+        assert len(session.step(AFTER)) > 0, "the session is as it was"
+
+
+@pytest.mark.parametrize("message, given", [
+    ("bodies: a Body; give a list", {"bodies": Body(6)}),
+    ("bodies[1]: a int; give a warmfront.Body", {"bodies": [Body(3), 3]}),
+    ("options: a dict; give warmfront.Options", {"options": {"tier": "exact"}}),
+    ("first_frame: -1 is not a whole number in [0, 2^63)", {"first_frame": -1}),
+    ("first_frame: 1.5 is not a whole number", {"first_frame": 1.5}),
+])
+def test_scenes_of_other_types_are_named(anywhere, message, given):
+    with pytest.raises(InvalidArgumentError, match=re.escape(message)):
+        anywhere.session(BEFORE, FACES, **given)
+
+
+def test_answers_are_pickled_and_copied(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
+        contacts = session.step(AFTER)
+    for again in (pickle.loads(pickle.dumps(contacts)), copy.deepcopy(contacts)):
+        assert again.v.tolist() == contacts.v.tolist() and again.toi.tobytes() == contacts.toi.tobytes()
+        assert again.statistics == contacts.statistics and again.faces.tolist() == contacts.faces.tolist()
