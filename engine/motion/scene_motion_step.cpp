@@ -6,6 +6,7 @@
 #include "engine/motion/arcs.h"
 #include "engine/motion/position_rows.h"
 #include "engine/motion/scene_motion.h"
+#include "engine/parallel/stoppable_loops.h"
 #include "engine/part_way.h"
 #include "engine/screw.h"
 
@@ -71,12 +72,14 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
   std::ranges::fill(given_, frame.positions ? kByPositions : kNotGiven);
   for (const BodyPositions& body : frame.bodies) given_[body.body] = kByPositions;
   for (const BodyPose& pose : frame.poses) given_[pose.body] = kByPose;
-  for (std::size_t p = 0; p < parts_.size(); ++p) {
+  for (Part& part : parts_) {
     paced.check();
-    Part& part = parts_[p];
     part.written = false;
     part.begun_in = begun_;
     begin_part(part);
+  }
+  const auto move = [&](std::size_t p) {
+    Part& part = parts_[p];
     // Static and removed bodies were checked to stay, or are of no interest; half-spaces have no positions.
     const bool fixed = part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved || part.empty();
     if (given_[p] == kByPositions && frame.positions && !fixed) {
@@ -85,7 +88,9 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
       if (part.placed) motion_.rest(part.first, part.end, from_, part.range, stop);
       part.written = true;
     }
-  }
+  };
+  constexpr std::size_t kPartsAtOnce = 16;  // of many they are small
+  for_each_index(0, parts_.size(), stop, move, parts_.size() <= 4 * kPartsAtOnce ? 1 : kPartsAtOnce);
   for (const BodyPositions& body : frame.bodies)
     move_part(parts_[body.body], body.positions, parts_[body.body].first, stop);
   for (const BodyPose& pose : frame.poses) {
