@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -20,8 +21,8 @@ namespace {
 
 constexpr std::array<std::size_t, 8> kCores{1, 2, 4, 8, 16, 32, 64, 128};
 constexpr std::size_t kPlaces = 5;
-/// Each step is recorded so often, and each piece is as long as it was at best: else the longest chain would be
-/// that of whatever else the machine does.
+/// Each step is recorded so often, and each piece is as long as it was at best: else the longest chain would
+/// be that of whatever else the machine does.
 constexpr std::size_t kTimes = 5;
 
 Result<Collider> begin(const Input& input, const FrameSteps& steps, const ColliderOptions& options,
@@ -32,7 +33,8 @@ Result<Collider> begin(const Input& input, const FrameSteps& steps, const Collid
                           std::make_shared<Workers>(threads));
 }
 
-/// Each piece as long as in the shorter of two recordings of one computation. False where they differ in more.
+/// Each piece as long as in the shorter of two recordings of one computation. False where they differ in
+/// more.
 bool take_shorter(std::vector<ForkTrace::Event>& events, const std::vector<ForkTrace::Event>& again) {
   const auto alike = [](const ForkTrace::Event& a, const ForkTrace::Event& b) { return a.kind == b.kind; };
   if (!std::ranges::equal(events, again, alike)) return false;
@@ -84,14 +86,31 @@ Result<std::string> measure_span(Input& input, FrameRange range, std::uint32_t s
   const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
   // Recorded; as the first one, but not; and on all cores.
   std::vector<Collider> recorded;
+  ForkTrace trace;
+  Sums creating, cold, warm;
+  std::vector<ForkTrace::Event> events;
   for (std::size_t k = 0; k < kTimes; ++k) {
+    trace.clear();
+    std::optional<ForkTrace::Recording> recording(std::in_place, trace);
     Result<Collider> begun = begin(input, steps, options, 1);
+    recording.reset();
     if (!begun) return begun.error();
     recorded.push_back(std::move(begun).value());
+    if (events.empty())
+      events = trace.events();
+    else if (!take_shorter(events, trace.events()))
+      return Error{ErrorCode::kInternal, "creating the collider forked otherwise when it was repeated"};
   }
-  Result<Collider> alone = begin(input, steps, options, 1);
+  creating.add(TaskGraph(events));
+  const auto timed_begin = [&](int threads, double& sum) {
+    const auto start = std::chrono::steady_clock::now();
+    Result<Collider> begun = begin(input, steps, options, threads);
+    sum += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return begun;
+  };
+  Result<Collider> alone = timed_begin(1, creating.one_thread);
   if (!alone) return alone.error();
-  Result<Collider> together = begin(input, steps, options, static_cast<int>(cores));
+  Result<Collider> together = timed_begin(static_cast<int>(cores), creating.all_threads);
   if (!together) return together.error();
   const auto seconds = [&](Collider& collider) -> Result<double> {
     const auto start = std::chrono::steady_clock::now();
@@ -99,12 +118,10 @@ Result<std::string> measure_span(Input& input, FrameRange range, std::uint32_t s
     if (!step) return step.error();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
-  Sums cold, warm;
-  ForkTrace trace;
   for (std::uint64_t step = 0; step < steps.step_count(); ++step) {
     if (Status status = steps.next(); !status) return status.error();
     Sums& sums = step == 0 ? cold : warm;
-    std::vector<ForkTrace::Event> events;
+    events.clear();
     for (Collider& collider : recorded) {
       trace.clear();
       {
@@ -125,7 +142,7 @@ Result<std::string> measure_span(Input& input, FrameRange range, std::uint32_t s
       *sum += took.value();
     }
   }
-  std::string text = format("first step", cold, cores);
+  std::string text = format("creating", creating, cores) + format("first step", cold, cores);
   if (warm.steps > 0)
     text += format(print("%llu warm steps", static_cast<unsigned long long>(warm.steps)), warm, cores);
   return text;
