@@ -85,12 +85,14 @@ void Topology::add_parts(const Scene& given, const Motion& motion, StopSignal st
     order.insert(order.end(), parts[p].order.begin(), parts[p].order.end());
   numbering.extend(given, order, stop);
   numbering.extend(given, scene, stop);
-  ownership.extend(stop);
-  for (std::size_t p = first; p < count; ++p) {
+  std::vector<std::uint64_t> adjacent(count - first);
+  const auto count_adjacent = [&](std::size_t p) {
     stop.check();
     for (Primitive& primitive : parts[p].order) primitive = numbering.apply(primitive);
-    adjacent_pairs += count_adjacent_pairs(scene, parts[p].features, stop);
-  }
+    adjacent[p - first] = count_adjacent_pairs(scene, parts[p].features, stop);
+  };
+  fork_two([&] { ownership.extend(stop); }, [&] { fork_each(first, count, count_adjacent); });
+  for (const std::uint64_t pairs : adjacent) adjacent_pairs += pairs;
 }
 
 void PartTopology::shift(const NumberShift& by) noexcept {
@@ -109,8 +111,8 @@ void PartTopology::shift(const NumberShift& by) noexcept {
 void Topology::need_adjacent(PartId index, StopSignal stop) {
   PartTopology& part = parts[number_of(index)];
   if (part.has_adjacent) return;
-  part.orphans = enumerate_orphans(scene, part.features, stop);
-  part.shared = shared_vertices(scene, part.shape, part.order, stop);
+  fork_two([&] { part.orphans = enumerate_orphans(scene, part.features, stop); },
+           [&] { part.shared = shared_vertices(scene, part.shape, part.order, stop); });
   part.has_adjacent = true;
 }
 

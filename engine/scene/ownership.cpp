@@ -144,16 +144,20 @@ class Ownership::Recorder {
 };
 
 void Ownership::extend(StopSignal stop) {
+  constexpr std::size_t kPiece = 4096;
   const Scene& scene = *scene_;
-  PacedStop paced(stop, 256);
-  Recorder recorder(scene);
-  const auto first = static_cast<std::uint32_t>(records_.size());
+  const std::size_t first = records_.size();
   lengthen(records_, scene.face_count(), Record{}, stop);
   lengthen(signatures_, scene.face_count(), std::uint64_t{0}, stop);
-  for (std::uint32_t f = first; f < scene.face_count(); ++f) {
-    paced.check();
-    recorder.make(f, records_[f], signatures_[f]);
-  }
+  const auto make = [&](std::size_t begin, std::size_t end) {
+    PacedStop paced(stop, 256);
+    Recorder recorder(scene);
+    for (std::size_t f = begin; f < end; ++f) {
+      paced.check();
+      recorder.make(static_cast<std::uint32_t>(f), records_[f], signatures_[f]);
+    }
+  };
+  for_pieces(first, scene.face_count(), kPiece, stop, make);
 }
 
 // A face of which no vertex is one of what went or came has the faces around it and along it that it had.
