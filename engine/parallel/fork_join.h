@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <iterator>
-#include <source_location>
 
 #include "engine/parallel/fork_trace.h"
 
@@ -19,8 +18,7 @@ namespace warmfront {
 
 /// Calls `body(i)` for each of [first, end), a task each at most.
 template <class Index, class Body>
-void fork_each(Index first, Index end, const Body& body,
-               std::source_location place = std::source_location::current()) {
+void fork_each(Index first, Index end, const Body& body, ForkPlace place = ForkPlace::here()) {
   ForkTrace* const trace = ForkTrace::of_thread();
   if (trace == nullptr) return tbb::parallel_for(first, end, body);
   const ForkTrace::Fork fork(*trace, place);
@@ -33,7 +31,7 @@ void fork_each(Index first, Index end, const Body& body,
 /// Calls `body(range)` for blocked_ranges that cover [first, end), of `grain` or more each.
 template <class Index, class Body>
 void fork_range(Index first, Index end, std::size_t grain, const Body& body,
-                std::source_location place = std::source_location::current()) {
+                ForkPlace place = ForkPlace::here()) {
   using Range = tbb::blocked_range<Index>;
   ForkTrace* const trace = ForkTrace::of_thread();
   if (trace == nullptr) return tbb::parallel_for(Range(first, end, grain), body);
@@ -47,8 +45,7 @@ void fork_range(Index first, Index end, std::size_t grain, const Body& body,
 }
 
 template <class Left, class Right>
-void fork_two(const Left& left, const Right& right,
-              std::source_location place = std::source_location::current()) {
+void fork_two(const Left& left, const Right& right, ForkPlace place = ForkPlace::here()) {
   ForkTrace* const trace = ForkTrace::of_thread();
   if (trace == nullptr) return tbb::parallel_invoke(left, right);
   const ForkTrace::Fork fork(*trace, place);
@@ -62,8 +59,7 @@ void fork_two(const Left& left, const Right& right,
 
 /// Sorts. In a trace it is a quicksort as oneTBB's is: each partition is serial, its sides are tasks.
 template <class Iterator, class Less>
-void fork_sort(Iterator first, Iterator last, const Less& less,
-               std::source_location place = std::source_location::current()) {
+void fork_sort(Iterator first, Iterator last, const Less& less, ForkPlace place = ForkPlace::here()) {
   constexpr std::ptrdiff_t kSerialBelow = 500;
   if (ForkTrace::of_thread() == nullptr) return tbb::parallel_sort(first, last, less);
   if (last - first < kSerialBelow) return std::sort(first, last, less);

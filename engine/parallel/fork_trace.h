@@ -5,10 +5,21 @@
 
 #include <chrono>
 #include <cstdint>
-#include <source_location>
 #include <vector>
 
 namespace warmfront {
+
+/// Where something is written. Clang 14 has no std::source_location.
+struct ForkPlace {
+  const char* file;
+  std::uint32_t line;
+
+  /// The caller's place.
+  static constexpr ForkPlace here(const char* file = __builtin_FILE(),
+                                  std::uint32_t line = __builtin_LINE()) {
+    return {file, line};
+  }
+};
 
 class ForkTrace {
  public:
@@ -41,9 +52,9 @@ class ForkTrace {
 
   class Fork {
    public:
-    Fork(ForkTrace& trace, const std::source_location& place) : trace_(trace) {
+    Fork(ForkTrace& trace, const ForkPlace& place) : trace_(trace) {
       trace.end_strand();
-      trace.events_.push_back({Kind::kFork, 0, place.file_name(), place.line()});
+      trace.events_.push_back({Kind::kFork, 0, place.file, place.line});
     }
     ~Fork() { trace_.mark(Kind::kJoin); }
     Fork(const Fork&) = delete;

@@ -4,19 +4,18 @@
 
 #include <cstddef>
 #include <mutex>
-#include <source_location>
 
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
 
-/// What `of_piece(begin, end)` makes of each piece of [first, end), `join`ed to `none` in any order: so that the
-/// result is the same for any number of threads, join(all, piece) is to be commutative and associative, to
-/// the bit. Throws Stopped when told to stop. Allocates nothing; inline where there is only one piece.
+/// What `of_piece(begin, end)` makes of each piece of [first, end), `join`ed to `none` in any order: so that
+/// the result is the same for any number of threads, join(all, piece) is to be commutative and associative,
+/// to the bit. Throws Stopped when told to stop. Allocates nothing; inline where there is only one piece.
 template <class Result, class OfPiece, class Join>
 Result join_pieces(std::size_t first, std::size_t end, StopSignal stop, Result none, OfPiece&& of_piece,
                    Join&& join, std::size_t most = std::size_t{2} * PacedStop::kEvery,
-                   std::source_location place = std::source_location::current()) {
+                   ForkPlace place = ForkPlace::here()) {
   Result all = none;
   if (end - first <= most) {
     stop.check();

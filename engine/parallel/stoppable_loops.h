@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <source_location>
 #include <span>
 #include <utility>
 #include <vector>
@@ -19,7 +18,7 @@ namespace warmfront {
 /// Stopped when told to stop. Call it inside Workers::run().
 template <class Body>
 void for_pieces(std::size_t first, std::size_t end, std::size_t most, StopSignal stop, Body&& body,
-                std::source_location place = std::source_location::current()) {
+                ForkPlace place = ForkPlace::here()) {
   if (first >= end) return;
   const auto of_range = [&](const auto& range) {
     for (std::size_t begin = range.begin(); begin < range.end(); begin += most) {
@@ -33,8 +32,7 @@ void for_pieces(std::size_t first, std::size_t end, std::size_t most, StopSignal
 /// The same per index: `body(i)`.
 template <class Body>
 void for_each_index(std::size_t first, std::size_t end, StopSignal stop, Body&& body,
-                    std::size_t most = PacedStop::kEvery,
-                    std::source_location place = std::source_location::current()) {
+                    std::size_t most = PacedStop::kEvery, ForkPlace place = ForkPlace::here()) {
   const auto of_piece = [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) body(i);
   };
@@ -93,8 +91,7 @@ void reserve(std::vector<T>& list, std::size_t size, StopSignal stop) {
 /// Sorts a list in parallel. Throws Stopped when told to stop; the list then holds the same elements in
 /// unspecified order.
 template <class List, class Less>
-void sort_in_parallel(List& list, StopSignal stop, Less&& less,
-                      std::source_location place = std::source_location::current()) {
+void sort_in_parallel(List& list, StopSignal stop, Less&& less, ForkPlace place = ForkPlace::here()) {
   constexpr std::size_t kFew = 4 * std::size_t{PacedStop::kEvery};
   if (list.size() < kFew) {
     stop.check();

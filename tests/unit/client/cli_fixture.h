@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+// What tests of the command line share.
+#pragma once
+
+namespace warmfront::client {
+
+inline constexpr const char* kScene = "'builtin:bart?triangles=1000'";
+
+}  // namespace warmfront::client
