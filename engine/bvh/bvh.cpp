@@ -38,8 +38,9 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
   std::vector<std::vector<std::uint32_t>> found((blocks + kPiece - 1) / kPiece);
   const auto list_piece = [&](std::size_t piece) {
     std::vector<std::uint32_t>& items = found[piece];
-    items.reserve(kPiece * EightBounds<Bounds>::kSlots * 3 / 2);
-    for (std::size_t b = piece * kPiece; b < std::min((piece + 1) * kPiece, blocks); ++b) {
+    const std::size_t end = std::min((piece + 1) * kPiece, blocks);
+    items.reserve((end - piece * kPiece) * EightBounds<Bounds>::kSlots * 3 / 2);
+    for (std::size_t b = piece * kPiece; b < end; ++b) {
       const BlockId block{static_cast<std::uint32_t>(b)};
       const std::size_t first = items.size();
       for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
@@ -117,34 +118,28 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   const bool wide = shape.has_wide_leaves() && !order.empty();
   const bool in_blocks = shape.leaf_size() != 1 && !order.empty();
   const std::size_t node_count = order.empty() ? 0 : shape.node_count();
+  constexpr std::size_t kFew = 4096;
+  const auto make_all = [this](const auto&... lists) {
+    if (order.size() > kFew)
+      fork_all(ForkPlace::here(), lists...);
+    else
+      (lists(), ...);
+  };
   // The system maps what is new page by page as it is touched: a list each.
-  const auto make_list = [&](int list) {
-    switch (list) {
-      case 0:
+  make_all(
+      [&] {
         make_room(nodes, node_count, stop);
         begin_anew(motion.states, node_count, stop);
-        return begin_anew(travel.nodes, keep_travel ? node_count : 0, stop);
-      case 1:
-        return begin_anew(travel.blocks, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0,
-                          stop);
-      case 2:
-        return make_room(leaves.blocks, in_blocks ? shape.block_count() : 0, stop);
-      case 3:
-        return make_room(leaves.corners, in_blocks ? shape.block_count() : 0, stop);
-      case 4:
-        return make_room(leaves.wide, wide ? shape.leaf_count() : 0, stop);
-      case 5:
-        return begin_anew(leaves.grids, in_blocks ? shape.leaf_count() : 0, stop);
-      default:
-        return list_leaves(stop);
-    }
-  };
-  constexpr std::size_t kFew = 4096;
-  constexpr int kLists = 7;
-  if (order.size() > kFew)
-    fork_each(0, kLists, make_list);
-  else
-    for (int list = 0; list < kLists; ++list) make_list(list);
+        begin_anew(travel.nodes, keep_travel ? node_count : 0, stop);
+      },
+      [&] {
+        begin_anew(travel.blocks, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, stop);
+      },
+      [&] { make_room(leaves.blocks, in_blocks ? shape.block_count() : 0, stop); },
+      [&] { make_room(leaves.corners, in_blocks ? shape.block_count() : 0, stop); },
+      [&] { make_room(leaves.wide, wide ? shape.leaf_count() : 0, stop); },
+      [&] { begin_anew(leaves.grids, in_blocks ? shape.leaf_count() : 0, stop); },
+      [&] { list_leaves(stop); });
   list_block_vertices(scene, stop);
   leaves.blocks_of.clear();
   if (leaves.blocks.empty()) return;

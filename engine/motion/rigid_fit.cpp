@@ -243,29 +243,27 @@ void RigidReference::measure(std::span<const VertexMotion> vertices, bool start,
   struct Farthest {
     double square = 0;
     double reach = 0;
-    bool near = true;
   };
-  std::atomic<bool> near{true};
+  std::atomic<bool> near{true};  // all of them; where one is not, the rest need not be measured
   const auto of_piece = [&](std::size_t first, std::size_t end) {
     Farthest farthest;
-    if (!near.load(std::memory_order_relaxed)) return Farthest{0, 0, false};
-    for (std::size_t v = first; farthest.near && v < end; ++v) {
+    bool all_near = near.load(std::memory_order_relaxed);
+    for (std::size_t v = first; all_near && v < end; ++v) {
       const double distance = off(v);
-      farthest.near = distance <= most;  // not a number, too
+      all_near = distance <= most;  // not a number, too
       farthest.square = std::max(farthest.square, distance);
       const auto& to = start ? vertices[v].t0 : vertices[v].t1;
       farthest.reach = std::max({farthest.reach, std::fabs(to[0]), std::fabs(to[1]), std::fabs(to[2])});
     }
-    if (!farthest.near) near.store(false, std::memory_order_relaxed);
+    if (!all_near) near.store(false, std::memory_order_relaxed);
     return farthest;
   };
   const auto join = [](Farthest& all, const Farthest& piece) {
     all.square = std::max(all.square, piece.square);
     all.reach = std::max(all.reach, piece.reach);
-    all.near &= piece.near;
   };
   const Farthest all = join_pieces(0, vertices.size(), stop, Farthest{}, of_piece, join);
-  if (!all.near) return;
+  if (!near.load(std::memory_order_relaxed)) return;
   const double reach = std::max(reach_, all.reach);
   // Some forty operations on coordinates up to `reach`, each off by 2^-53 of it at most: 2^-46 covers them.
   const double residual = std::sqrt(all.square) + 0x1p-46 * reach;

@@ -44,17 +44,22 @@ void fork_range(Index first, Index end, std::size_t grain, const Body& body,
   }
 }
 
+/// Runs each of these, two or more. The place is named first: a pack takes all that follows.
+template <class... Bodies>
+void fork_all(const ForkPlace& place, const Bodies&... bodies) {
+  ForkTrace* const trace = ForkTrace::of_thread();
+  if (trace == nullptr) return tbb::parallel_invoke(bodies...);
+  const ForkTrace::Fork fork(*trace, place);
+  const auto run = [trace](const auto& body) {
+    const ForkTrace::Task task(*trace);
+    body();
+  };
+  (run(bodies), ...);
+}
+
 template <class Left, class Right>
 void fork_two(const Left& left, const Right& right, ForkPlace place = ForkPlace::here()) {
-  ForkTrace* const trace = ForkTrace::of_thread();
-  if (trace == nullptr) return tbb::parallel_invoke(left, right);
-  const ForkTrace::Fork fork(*trace, place);
-  {
-    const ForkTrace::Task task(*trace);
-    left();
-  }
-  const ForkTrace::Task task(*trace);
-  right();
+  fork_all(place, left, right);
 }
 
 /// Sorts. In a trace it is a quicksort as oneTBB's is: each partition is serial, its sides are tasks.

@@ -33,14 +33,20 @@ Result<Collider> begin(const Input& input, const FrameSteps& steps, const Collid
                           std::make_shared<Workers>(threads));
 }
 
-/// Each piece as long as in the shorter of two recordings of one computation. False where they differ in
-/// more.
-bool take_shorter(std::vector<ForkTrace::Event>& events, const std::vector<ForkTrace::Event>& again) {
+/// Takes a recording of a computation, after others of it that `events` holds or as the first one: each piece
+/// as long as in the shortest. An error where they differ in more.
+Status take_shorter(const std::string& what, std::vector<ForkTrace::Event>& events,
+                    const std::vector<ForkTrace::Event>& again) {
+  if (events.empty()) {
+    events = again;
+    return {};
+  }
   const auto alike = [](const ForkTrace::Event& a, const ForkTrace::Event& b) { return a.kind == b.kind; };
-  if (!std::ranges::equal(events, again, alike)) return false;
+  if (!std::ranges::equal(events, again, alike))
+    return Error{ErrorCode::kInternal, what + ": forked otherwise when it was repeated"};
   for (std::size_t i = 0; i < events.size(); ++i)
     events[i].seconds = std::min(events[i].seconds, again[i].seconds);
-  return true;
+  return {};
 }
 
 /// Sums over some steps, in seconds.
@@ -96,10 +102,8 @@ Result<std::string> measure_span(Input& input, FrameRange range, std::uint32_t s
     recording.reset();
     if (!begun) return begun.error();
     recorded.push_back(std::move(begun).value());
-    if (events.empty())
-      events = trace.events();
-    else if (!take_shorter(events, trace.events()))
-      return Error{ErrorCode::kInternal, "creating the collider forked otherwise when it was repeated"};
+    if (Status status = take_shorter("creating the collider", events, trace.events()); !status)
+      return status.error();
   }
   creating.add(TaskGraph(events));
   const auto timed_begin = [&](int threads, double& sum) {
@@ -128,11 +132,8 @@ Result<std::string> measure_span(Input& input, FrameRange range, std::uint32_t s
         const ForkTrace::Recording recording(trace);
         if (Result<double> took = seconds(collider); !took) return took.error();
       }
-      if (events.empty())
-        events = trace.events();
-      else if (!take_shorter(events, trace.events()))
-        return Error{ErrorCode::kInternal, "step to frame " + std::to_string(steps.number()) +
-                                               ": forked otherwise when it was repeated"};
+      const std::string what = "step to frame " + std::to_string(steps.number());
+      if (Status status = take_shorter(what, events, trace.events()); !status) return status.error();
     }
     sums.add(TaskGraph(events));
     for (const auto& [collider, sum] :
