@@ -15,6 +15,23 @@ namespace {
 /// KiB.
 constexpr std::size_t kUploadChunk = 60 << 10;
 
+/// Sessions a page: below the least limit likewise.
+constexpr std::int32_t kPageSize = 100;
+
+/// One response of the sessions of all pages; `call(request, page)` gets one.
+template <class Request, class Response, class Call>
+std::optional<RemoteError> all_pages(Call&& call, Response& response) {
+  Request request;
+  request.set_page_size(kPageSize);
+  do {
+    Response page;
+    if (std::optional<RemoteError> error = call(request, page)) return error;
+    response.mutable_sessions()->MergeFrom(page.sessions());
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  return std::nullopt;
+}
+
 /// gRPC retries idempotent calls when the connection breaks or the daemon restarts (about two seconds);
 /// deleting a session twice is harmless. Steps, uploads and changes are resumed in session_resume.cpp.
 constexpr char kServiceConfig[] = R"({"methodConfig": [{
@@ -307,7 +324,11 @@ std::optional<RemoteError> Connection::change_in_pieces(v1::ChangeSceneRequest r
 }
 
 std::optional<RemoteError> Connection::list(v1::ListSessionsResponse& response) {
-  return call(&v1::CollisionService::Stub::PrepareAsyncListSessions, {}, response);
+  return all_pages<v1::ListSessionsRequest>(
+      [&](const auto& request, auto& page) {
+        return call(&v1::CollisionService::Stub::PrepareAsyncListSessions, request, page);
+      },
+      response);
 }
 
 std::optional<RemoteError> Connection::get(const std::string& id, v1::GetSessionResponse& response) {
@@ -331,7 +352,11 @@ std::optional<RemoteError> Connection::remove(const std::string& id, const Look&
 }
 
 std::optional<RemoteError> Connection::list_all(v1::ListAllSessionsResponse& response) {
-  return call(&v1::AdminService::Stub::PrepareAsyncListAllSessions, {}, response);
+  return all_pages<v1::ListAllSessionsRequest>(
+      [&](const auto& request, auto& page) {
+        return call(&v1::AdminService::Stub::PrepareAsyncListAllSessions, request, page);
+      },
+      response);
 }
 
 std::optional<RemoteError> Connection::remove_any(const std::string& id, const std::string& principal) {

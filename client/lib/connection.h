@@ -48,6 +48,7 @@ class Connection {
                                     std::string_view positions, v1::CreateSessionResponse& response,
                                     const Look& look = {});
 
+  /// All pages; so list_all().
   std::optional<RemoteError> list(v1::ListSessionsResponse& response);
   std::optional<RemoteError> get(const std::string& id, v1::GetSessionResponse& response);
   std::optional<RemoteError> check(const std::string& id, v1::CheckSessionResponse& response);

@@ -54,3 +54,11 @@ function(warmfront_compile_together name groups)
   # An unnamed namespace's types are as local as in a file of their own, which GCC cannot see.
   target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
+
+# warmfront_parse_once(NAME HEADERS...): what most of the target's files include is parsed once for all of them; not where
+# each is compiled alone.
+function(warmfront_parse_once name)
+  if(WARMFRONT_UNITY)
+    target_precompile_headers(${name} PRIVATE ${ARGN})
+  endif()
+endfunction()

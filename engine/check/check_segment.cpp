@@ -13,7 +13,9 @@ namespace {
 constexpr std::size_t kDeepest = 192;
 
 std::string text(const NodePair& pair) {
-  return "(" + std::to_string(number_of(pair.a)) + ", " + std::to_string(number_of(pair.b)) + ")";
+  std::string words("(");
+  words.append(std::to_string(number_of(pair.a))).append(", ");
+  return words.append(std::to_string(number_of(pair.b))).append(")");
 }
 
 }  // namespace

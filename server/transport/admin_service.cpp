@@ -4,11 +4,13 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <string>
 #include <utility>
 
 #include "server/transport/convert.h"
 #include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
+#include "server/transport/pages.h"
 #include "server/transport/raw_unary.h"
 #include "warmfront/v1/admin_service.grpc.pb.h"
 
@@ -26,12 +28,15 @@ class AdminService final : public Base {
                                             const grpc::ByteBuffer* request,
                                             grpc::ByteBuffer* response) override {
     return respond<v1::ListAllSessionsRequest, v1::ListAllSessionsResponse>(
-        *call, *request, *response, "ListAllSessions", [&](const auto&, auto& reply) {
-          for (const std::shared_ptr<Session>& session : context_.store.list()) {
-            v1::OwnedSession& owned = *reply.add_sessions();
-            *owned.mutable_session() = to_proto(*session);
-            owned.set_principal(session->owner());
-          }
+        *call, *request, *response, "ListAllSessions", [&](const auto& received, auto& reply) {
+          Outcome<std::string> next =
+              add_page(context_.store.list(), received.message, [&](const Session& session) {
+                v1::OwnedSession& owned = *reply.add_sessions();
+                *owned.mutable_session() = to_proto(session);
+                owned.set_principal(session.owner());
+              });
+          if (!next) return context_.refuse(next.fault());
+          reply.set_next_page_token(std::move(next).value());
           return grpc::Status::OK;
         });
   }

@@ -2,6 +2,9 @@
 // Faults to statuses. Thread-safe.
 #include "server/transport/errors.h"
 
+#include <string>
+#include <string_view>
+
 #include "proto/wire/codes.h"
 
 namespace warmfront::server {
@@ -45,6 +48,39 @@ v1::ErrorReason to_proto(Reason reason) {
   return v1::ERROR_REASON_UNSPECIFIED;
 }
 
+// Of google.rpc: the same bytes as of our message, whose own name it has not.
+void add(v1::Status& status, const char* name, const google::protobuf::Message& message) {
+  google::protobuf::Any& any = *status.add_details();
+  any.set_type_url(std::string("type.googleapis.com/google.rpc.") + name);
+  any.set_value(message.SerializeAsString());
+}
+
+void add_error_info(const Fault& fault, v1::ErrorReason reason, v1::Status& status) {
+  constexpr std::size_t kPrefix = std::string_view("ERROR_REASON_").size();
+  v1::ErrorInfo info;
+  info.set_reason(v1::ErrorReason_Name(reason).substr(kPrefix));
+  info.set_domain("warmfront.v1");
+  if (fault.expected_frame)
+    (*info.mutable_metadata())["expected_frame"] = std::to_string(*fault.expected_frame);
+  if (*fault.limit != '\0') (*info.mutable_metadata())["limit"] = fault.limit;
+  add(status, "ErrorInfo", info);
+}
+
+void add_retry_info(std::chrono::milliseconds after, v1::Status& status) {
+  v1::RetryInfo retry;
+  retry.mutable_retry_delay()->set_seconds(after.count() / 1000);
+  retry.mutable_retry_delay()->set_nanos(static_cast<std::int32_t>(after.count() % 1000) * 1'000'000);
+  add(status, "RetryInfo", retry);
+}
+
+void add_quota_failure(const Fault& fault, v1::Status& status) {
+  v1::QuotaFailure failure;
+  v1::QuotaFailure::Violation& violation = *failure.add_violations();
+  violation.set_subject(std::string("limit:") + fault.limit);
+  violation.set_description(fault.message);
+  add(status, "QuotaFailure", failure);
+}
+
 }  // namespace
 
 grpc::StatusCode to_grpc_code(ErrorCode code) {
@@ -61,6 +97,9 @@ v1::Status to_proto(const Fault& fault) {
   status.set_code(to_grpc_code(fault.code));
   status.set_message(fault.message);
   status.add_details()->PackFrom(detail);
+  add_error_info(fault, detail.reason(), status);
+  if (fault.retry_after) add_retry_info(*fault.retry_after, status);
+  if (fault.reason == Reason::kLimit && *fault.limit != '\0') add_quota_failure(fault, status);
   return status;
 }
 

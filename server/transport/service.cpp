@@ -5,7 +5,9 @@
 #include <grpcpp/grpcpp.h>
 
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "proto/byte_buffer.h"
 #include "server/transport/change_call.h"
@@ -14,6 +16,7 @@
 #include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
 #include "server/transport/heavy.h"
+#include "server/transport/pages.h"
 #include "server/transport/raw_unary.h"
 #include "server/transport/reaction.h"
 #include "server/transport/session_metadata.h"
@@ -103,8 +106,15 @@ class CollisionService final : public Base {
                                          grpc::ByteBuffer* response) override {
     return respond<v1::ListSessionsRequest, v1::ListSessionsResponse>(
         *call, *request, *response, "ListSessions", [&](const auto& received, auto& reply) {
-          for (const std::shared_ptr<Session>& session : context_.store.list())
-            if (session->owner() == received.principal.name) *reply.add_sessions() = to_proto(*session);
+          std::vector<std::shared_ptr<Session>> sessions = context_.store.list();
+          std::erase_if(sessions, [&](const std::shared_ptr<Session>& session) {
+            return session->owner() != received.principal.name;
+          });
+          Outcome<std::string> next = add_page(sessions, received.message, [&](const Session& session) {
+            *reply.add_sessions() = to_proto(session);
+          });
+          if (!next) return context_.refuse(next.fault());
+          reply.set_next_page_token(std::move(next).value());
           return grpc::Status::OK;
         });
   }

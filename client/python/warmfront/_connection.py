@@ -18,10 +18,12 @@ from ._wire import Bytes, field
 from .errors import (DeadlineExceededError, InvalidArgumentError, UnavailableError, UnimplementedError, WarmfrontError,
                      class_of)
 from .options import Timeouts, Security
-from .v1 import admin_service_pb2, session_pb2, step_pb2
+from .v1 import admin_service_pb2, errors_pb2, session_pb2, step_pb2
 
 # For a first upload, before the daemon's answer states its message limit: well below the least limit, 64 KiB.
 _UPLOAD_CHUNK = 60 << 10
+# Sessions a page: below the least limit likewise.
+_PAGE_SIZE = 100
 # Fields of an upload's messages, by name.
 _PARTS = session_pb2.CreateSessionRequest.DESCRIPTOR.fields_by_name
 # What a daemon without a feature would make of input that needs it.
@@ -155,7 +157,7 @@ def error_from_call(call: Any) -> WarmfrontError:
     for key, value in call.trailing_metadata() or ():
         if key == "grpc-status-details-bin":
             try:
-                status = step_pb2.Status.FromString(value)
+                status = errors_pb2.Status.FromString(value)
             except Exception:  # protobuf's DecodeError: details of another service, for example a proxy
                 break
             return error_from(code, call.details() or "", status.details)
@@ -285,7 +287,7 @@ class Connection:
 
     def list(self) -> Any:
         """v1.SessionInfo of this principal's sessions."""
-        return self._call(lambda channel: channel.service.ListSessions, session_pb2.ListSessionsRequest()).sessions
+        return self._pages(lambda channel: channel.service.ListSessions, session_pb2.ListSessionsRequest())
 
     def remove(self, session_id: str) -> None:
         request = session_pb2.DeleteSessionRequest(session_id=session_id)
@@ -293,7 +295,18 @@ class Connection:
 
     def list_all(self) -> Any:
         """v1.OwnedSession of all sessions; needs the admin role."""
-        return self._call(lambda channel: channel.admin.ListAllSessions, admin_service_pb2.ListAllSessionsRequest()).sessions
+        return self._pages(lambda channel: channel.admin.ListAllSessions, admin_service_pb2.ListAllSessionsRequest())
+
+    def _pages(self, method: Callable[[Any], Any], request: Any) -> list[Any]:
+        """The sessions of all pages."""
+        request.page_size = _PAGE_SIZE
+        sessions: list[Any] = []
+        while True:
+            page = self._call(method, request)
+            sessions += page.sessions
+            if not page.next_page_token:
+                return sessions
+            request.page_token = page.next_page_token
 
     def remove_any(self, session_id: str, principal: Optional[str]) -> None:
         request = admin_service_pb2.DeleteAnySessionRequest(session_id=session_id, principal=principal)

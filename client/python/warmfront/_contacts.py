@@ -14,7 +14,7 @@ from ._wire import Malformed, fields
 from ._stencils import STENCILS
 from .answer import Committed, Contact, Contacts, Intersections, Kind, MaxStep, Status, VertexDistances
 from .errors import InternalError, WarmfrontError, class_of
-from .v1 import step_pb2
+from .v1 import errors_pb2, step_pb2
 
 # Of v1.StreamStepsResponse and v1.StepAnswer.
 _ANSWER = 1
@@ -221,10 +221,10 @@ def up_to(trial: Contacts, fraction: float, frame: int) -> Committed:
 
 def error_from(code: int, message: str, details: Sequence[Any] = ()) -> WarmfrontError:
     """The exception for a status, not raised. `details`: google.protobuf.Any."""
-    detail = step_pb2.ErrorDetail()
+    detail = errors_pb2.ErrorDetail()
     for packed in details:
         packed.Unpack(detail)
-    reason = step_pb2.ErrorReason.Name(detail.reason).removeprefix("ERROR_REASON_") if detail.reason else ""
+    reason = errors_pb2.ErrorReason.Name(detail.reason).removeprefix("ERROR_REASON_") if detail.reason else ""
     return class_of(code)(
         message,
         reason=reason,

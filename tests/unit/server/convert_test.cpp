@@ -237,11 +237,36 @@ TEST(StatusTest, DetailsSurviveTheTrailer) {
   v1::Status message;
   ASSERT_TRUE(message.ParseFromString(status.error_details()));
   v1::ErrorDetail detail;
-  ASSERT_EQ(message.details_size(), 1);
+  ASSERT_EQ(message.details_size(), 2);
   ASSERT_TRUE(message.details(0).UnpackTo(&detail));
   EXPECT_EQ(detail.reason(), v1::ERROR_REASON_FRAME_OUT_OF_ORDER);
   EXPECT_EQ(detail.expected_frame(), 7u);
   EXPECT_EQ(client::remote_error_from(status).error.code, ErrorCode::kFailedPrecondition);
+  v1::ErrorInfo info;
+  EXPECT_EQ(message.details(1).type_url(), "type.googleapis.com/google.rpc.ErrorInfo");
+  ASSERT_TRUE(info.ParseFromString(message.details(1).value()));
+  EXPECT_EQ(info.reason(), "FRAME_OUT_OF_ORDER");
+  EXPECT_EQ(info.domain(), "warmfront.v1");
+  EXPECT_EQ(info.metadata().at("expected_frame"), "7");
+}
+
+TEST(StatusTest, GenericClientsLearnWhenToRetryAndWhichLimit) {
+  const v1::Status message = to_proto(limit_met("sessions: 4 of 4", "max-sessions", true));
+  ASSERT_EQ(message.details_size(), 4);
+  v1::ErrorInfo info;
+  v1::RetryInfo retry;
+  v1::QuotaFailure quota;
+  ASSERT_TRUE(info.ParseFromString(message.details(1).value()));
+  EXPECT_EQ(info.reason(), "LIMIT");
+  EXPECT_EQ(info.metadata().at("limit"), "max-sessions");
+  EXPECT_EQ(message.details(2).type_url(), "type.googleapis.com/google.rpc.RetryInfo");
+  ASSERT_TRUE(retry.ParseFromString(message.details(2).value()));
+  EXPECT_EQ(retry.retry_delay().seconds(), 1);
+  EXPECT_EQ(message.details(3).type_url(), "type.googleapis.com/google.rpc.QuotaFailure");
+  ASSERT_TRUE(quota.ParseFromString(message.details(3).value()));
+  EXPECT_EQ(quota.violations(0).subject(), "limit:max-sessions");
+  EXPECT_EQ(quota.violations(0).description(), "sessions: 4 of 4");
+  EXPECT_EQ(to_proto(limit_met("a scene", "max-vertices", false)).details_size(), 3) << "no retry helps";
 }
 
 }  // namespace

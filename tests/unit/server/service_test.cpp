@@ -6,7 +6,10 @@
 
 #include <chrono>
 #include <limits>
+#include <string>
 #include <thread>
+#include <tuple>
+#include <vector>
 
 #include "tests/unit/server/service_fixture.h"
 
@@ -52,6 +55,47 @@ TEST_F(ServiceTest, CreateShowStepDelete) {
   EXPECT_EQ(detail_of(gone).reason(), v1::ERROR_REASON_SESSION_NOT_FOUND);
   EXPECT_THAT(daemon_.log(), HasSubstr("\"event\":\"session_created\",\"session\":\"" + std::string(kId)));
   EXPECT_THAT(daemon_.log(), HasSubstr("\"reason\":\"deleted\""));
+}
+
+TEST_F(ServiceTest, ListsComeInPages) {
+  const auto id = [](int i) { return "00000000-0000-4000-8000-00000000000" + std::to_string(i); };
+  for (const int i : {3, 0, 4, 1, 2}) ASSERT_TRUE(create(id(i)).ok());
+  const auto list = [&](int size, const std::string& token) {
+    Context context;
+    v1::ListSessionsRequest request;
+    request.set_page_size(size);
+    request.set_page_token(token);
+    v1::ListSessionsResponse response;
+    const grpc::Status status = stub_->ListSessions(&context, request, &response);
+    std::vector<std::string> ids;
+    for (const v1::SessionInfo& session : response.sessions()) ids.push_back(session.session_id());
+    return std::tuple(status, ids, response.next_page_token());
+  };
+  using Ids = std::vector<std::string>;
+  const auto [first, two, token] = list(2, "");
+  EXPECT_EQ(two, (Ids{id(0), id(1)}));
+  ASSERT_FALSE(token.empty());
+  Context remove;
+  v1::DeleteSessionRequest last_of_page;
+  last_of_page.set_session_id(id(1));
+  v1::DeleteSessionResponse deleted;
+  ASSERT_TRUE(stub_->DeleteSession(&remove, last_of_page, &deleted).ok());
+  const auto [second, next, after] = list(2, token);
+  EXPECT_EQ(next, (Ids{id(2), id(3)}))
+      << "a page begins behind a session that is gone as behind one that is there";
+  const auto [third, rest, none] = list(2, after);
+  EXPECT_EQ(rest, Ids{id(4)});
+  EXPECT_EQ(none, "");
+  EXPECT_EQ(std::get<1>(list(4, "")).size(), 4u);
+  EXPECT_EQ(std::get<2>(list(4, "")), "") << "a page that is full and the last one says so";
+  EXPECT_EQ(std::get<1>(list(0, "")).size(), 4u) << "without a size all";
+  for (const auto& [size, wrong, field] : {std::tuple{-1, "", "page_size"},
+                                           {1, "x", "page_token"},
+                                           {1, "00000000-0000-4000-8000", "page_token"}}) {
+    const grpc::Status status = std::get<0>(list(size, wrong));
+    EXPECT_EQ(status.error_code(), StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(status.error_message(), HasSubstr(field));
+  }
 }
 
 TEST_F(ServiceTest, BadUploadsNameFieldAndIndex) {

@@ -9,7 +9,7 @@ import threading
 import grpc
 import numpy as np
 
-from warmfront.v1 import session_pb2, step_pb2
+from warmfront.v1 import errors_pb2, session_pb2, step_pb2
 
 KINDS = {0: "step", 1: "step", 2: "trial", 3: "max_step"}
 
@@ -31,9 +31,9 @@ def part_way(start, end, fraction, dtype):
 
 class Refused(Exception):
     def __init__(self, code, message, reason=0, frame=None):
-        detail = step_pb2.ErrorDetail(reason=reason)
+        detail = errors_pb2.ErrorDetail(reason=reason)
         super().__init__(message)
-        self.status = step_pb2.Status(code=code, message=message)
+        self.status = errors_pb2.Status(code=code, message=message)
         self.status.details.add().Pack(detail)
         self.frame = frame
 
@@ -67,9 +67,9 @@ class Copy:
         if frame == self.state.frame and self.last is not None:
             if self.last[0] == content:
                 return self.last[1]
-            raise Refused(10, "the frame was answered for other content", step_pb2.ERROR_REASON_FRAME_CHANGED)
+            raise Refused(10, "the frame was answered for other content", errors_pb2.ERROR_REASON_FRAME_CHANGED)
         if frame != self.state.frame + 1:
-            raise Refused(9, f"frame {frame}: {self.state.frame + 1} is expected", step_pb2.ERROR_REASON_FRAME_OUT_OF_ORDER)
+            raise Refused(9, f"frame {frame}: {self.state.frame + 1} is expected", errors_pb2.ERROR_REASON_FRAME_OUT_OF_ORDER)
         return None
 
     def _answer(self, frame, start, end):
@@ -87,11 +87,11 @@ class Copy:
                 return again
         elif frame.frame != self.state.frame + 1:
             raise Refused(9, f"frame {frame.frame}: {self.state.frame + 1} is expected",
-                          step_pb2.ERROR_REASON_FRAME_OUT_OF_ORDER)
+                          errors_pb2.ERROR_REASON_FRAME_OUT_OF_ORDER)
         self.trial = None
         end = np.frombuffer(frame.positions, self.dtype).reshape(-1, 3)
         if not np.isfinite(end).all():
-            raise Refused(3, "positions: is not a number", step_pb2.ERROR_REASON_INVALID_INPUT)
+            raise Refused(3, "positions: is not a number", errors_pb2.ERROR_REASON_INVALID_INPUT)
         answer = self._answer(frame.frame, self.at, end)
         if kind == "max_step" and frame.question.leave_out_overlaps:
             answer.summary.overlaps_at_start = 7
@@ -190,8 +190,8 @@ class FakeDaemon:
                 if request.HasField("attach"):
                     copy = self.copies.get(request.attach.session_id)
                     if copy is None:
-                        detail = step_pb2.Status(code=5, message="no such session")
-                        detail.details.add().Pack(step_pb2.ErrorDetail(reason=step_pb2.ERROR_REASON_SESSION_NOT_FOUND))
+                        detail = errors_pb2.Status(code=5, message="no such session")
+                        detail.details.add().Pack(errors_pb2.ErrorDetail(reason=errors_pb2.ERROR_REASON_SESSION_NOT_FOUND))
                         context.set_trailing_metadata([("grpc-status-details-bin", detail.SerializeToString())])
                         context.abort(grpc.StatusCode.NOT_FOUND, "no such session")
                     attached = response.attached
