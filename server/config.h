@@ -15,6 +15,7 @@
 #include "engine/result.h"
 #include "server/auth/tls.h"
 #include "server/log.h"
+#include "server/observe/tracer.h"
 #include "server/session/limits.h"
 
 namespace warmfront::server {
@@ -35,6 +36,8 @@ struct Config {
   int threads = 0;  ///< that steps run on; 0: as many as the machine has
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
+  TraceSettings trace;     ///< of frames, for OpenTelemetry; off unless it says where traces go
+  std::string audit_file;  ///< what administrators do is appended to it; empty: to the log alone
   Limits limits;
   std::size_t transport_memory_bytes = std::size_t{1} << 30;  ///< gRPC's ResourceQuota: messages in transit
   std::uint32_t max_metadata_bytes = 16 << 10;                ///< headers of a call

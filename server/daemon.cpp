@@ -129,6 +129,23 @@ struct Daemon::Impl {
     return {};
   }
 
+  Status audit(const Config& config) {
+    Result<std::unique_ptr<Audit>> audit = Audit::open(config.audit_file, context.log);
+    if (!audit) return audit.error();
+    context.audit = std::move(audit).value();
+    return {};
+  }
+
+  Status trace(const Config& config) {
+    if (!config.trace.enabled()) return {};
+    auto tracer = Tracer::start(config.trace, [&log = context.log](const std::string& why) {
+      log.write(LogLevel::kWarning, "traces_lost", {{"reason", why}});
+    });
+    if (!tracer) return tracer.error();
+    context.tracer = std::move(tracer).value();
+    return {};
+  }
+
   Status serve(const Config& config) {
     service = make_collision_service(context);
     admin_service = make_admin_service(context);
@@ -210,16 +227,20 @@ struct Daemon::Impl {
     for (const std::shared_ptr<Tenant>& tenant : context.tenants.list())
       tenants.push_back({tenant->name, context.store.count(tenant->name), tenant->memory.used(),
                          tenant->streams.inside(), tenant->frames.inside(), tenant->refused.load(),
+                         tenant->steps.load(), 1e-9 * static_cast<double>(tenant->step_nanoseconds.load()),
                          tenant->quota()});
-    return metrics_text(context.metrics, {.sessions = context.store.size(),
-                                          .charged_bytes = context.budget.used(),
-                                          .max_bytes = context.budget.limit(),
-                                          .open_streams = context.streams.inside(),
-                                          .frames_in_flight = context.frames.inside(),
-                                          .threads = static_cast<std::uint64_t>(context.workers->threads()),
-                                          .draining = context.lifecycle.draining(),
-                                          .certificate_expiry = certificates ? certificates->expiry() : 0,
-                                          .tenants = std::move(tenants)});
+    return metrics_text(context.metrics,
+                        {.sessions = context.store.size(),
+                         .charged_bytes = context.budget.used(),
+                         .max_bytes = context.budget.limit(),
+                         .open_streams = context.streams.inside(),
+                         .frames_in_flight = context.frames.inside(),
+                         .threads = static_cast<std::uint64_t>(context.workers->threads()),
+                         .draining = context.lifecycle.draining(),
+                         .certificate_expiry = certificates ? certificates->expiry() : 0,
+                         .traced_sent = context.tracer ? context.tracer->frames_sent() : 0,
+                         .traced_dropped = context.tracer ? context.tracer->frames_dropped() : 0,
+                         .tenants = std::move(tenants)});
   }
 };
 
@@ -246,6 +267,8 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
   impl->sockets = std::move(sockets).value();
   impl->set_quotas();
   if (Status recording = impl->record(config); !recording) return recording.error();
+  if (Status auditing = impl->audit(config); !auditing) return auditing.error();
+  if (Status tracing = impl->trace(config); !tracing) return tracing.error();
   if (Status serving = impl->serve(config); !serving) return serving.error();
   impl->begin_periodic_work();
   if (Status served = impl->serve_metrics(config); !served) return served.error();
@@ -291,6 +314,10 @@ bool Daemon::reload() {
   impl_->context.lifecycle.enforce_rights();
   impl_->context.log.write(reloaded ? LogLevel::kInfo : LogLevel::kError, "reloaded",
                            {{"ok", reloaded.ok()}, {"reason", reloaded ? "" : reloaded.error().message}});
+  impl_->context.audit->record({.action = "reload",
+                                .principal = "signal",
+                                .code = reloaded ? 0 : to_grpc_code(reloaded.error().code),
+                                .reason = reloaded ? "" : reloaded.error().message});
   return reloaded.ok();
 }
 
@@ -300,6 +327,7 @@ bool Daemon::drain() {
   context.log.write(LogLevel::kInfo, "draining",
                     {{"sessions", std::uint64_t{context.store.size()}},
                      {"timeout_ms", std::int64_t{impl_->drain_timeout.count()}}});
+  context.audit->record({.action = "drain", .principal = "signal"});
   impl_->health.stop();
   context.lifecycle.begin_drain(std::chrono::system_clock::now() + impl_->drain_timeout);
   // A client that has seen the notice stops sending and goes; one that has not is heard out while it sends,

@@ -3,6 +3,7 @@
 #include "server/settings.h"
 
 #include <array>
+#include <charconv>
 #include <limits>
 #include <string_view>
 #include <type_traits>
@@ -24,6 +25,8 @@ auto& part_of(C& config) {
     return config.limits;
   else if constexpr (std::is_same_v<Owner, TlsFiles>)
     return config.tls;
+  else if constexpr (std::is_same_v<Owner, TraceSettings>)
+    return config.trace;
   else
     return config;
 }
@@ -151,6 +154,23 @@ Setting bytes(const char* name, std::size_t Owner::*member, ByteBounds bounds, c
 }
 
 template <class Owner>
+Setting share(const char* name, double Owner::*member, const char* help) {
+  return one_value(
+      name, member, help,
+      [](const std::string& text) -> Result<double> {
+        double value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= 1))
+          return invalid_argument("\"" + text + "\": a number in [0, 1] is expected");
+        return value;
+      },
+      [](double value) {
+        std::array<char, 32> text{};
+        return std::string(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr);
+      });
+}
+
+template <class Owner>
 Setting duration(const char* name, std::chrono::milliseconds Owner::*member, const char* help) {
   return one_value(name, member, help, parse_duration, format_duration);
 }
@@ -189,6 +209,17 @@ std::vector<Setting> table() {
             "Threads that steps run on; 0: as many as the machine has"),
       one_of("log-level", &Config::log_level, kLevels, "debug, info, warning, error or off"),
       one_of("log-format", &Config::log_format, kFormats, "text or json, one event a line on standard error"),
+      text("trace-file", &TraceSettings::file,
+           "File that traces of frames are appended to, as OTLP's JSON, a request a line; none by default"),
+      text("trace-endpoint", &TraceSettings::endpoint,
+           "Collector that traces of frames are sent to, http://HOST:PORT/v1/traces (OTLP over HTTP, JSON); "
+           "none by default"),
+      share("trace-sample", &TraceSettings::sample,
+            "Share of frames that is traced, of calls without a traceparent; where a call has one, its flag "
+            "decides"),
+      text("audit-file", &Config::audit_file,
+           "File that what administrators do is appended to, as JSON, an event a line, besides the log; none "
+           "by default"),
       count("max-sessions", &Limits::max_sessions, {.least = 1}, "Sessions open at once"),
       count("max-sessions-per-principal", &Limits::max_sessions_per_principal, {.least = 0},
             "Sessions of one principal open at once; 0, here and below: three quarters of the daemon's limit "

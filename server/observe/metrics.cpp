@@ -64,6 +64,11 @@ void DurationHistogram::observe(double seconds) {
   add(nanoseconds_, static_cast<std::uint64_t>(1e9 * std::max(seconds, 0.0)));
 }
 
+void Metrics::call_began(std::string_view method) noexcept {
+  for (std::size_t i = 0; i < kCallNames.size(); ++i)
+    if (kCallNames[i] == method) calls[i].fetch_add(1, std::memory_order_relaxed);
+}
+
 void Metrics::step_done(const StepStatistics& statistics, std::uint64_t step_contacts,
                         double waited_seconds) noexcept {
   const StageTimes& ms = statistics.ms;

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 #include "engine/statistics.h"
 #include "server/fault.h"
@@ -45,6 +46,10 @@ struct Metrics final : SessionObserver {
   static constexpr std::array<const char*, 3> kSelfCheckNames{"passed", "rebuilt", "data_loss"};
   enum End : std::size_t { kDeleted, kExpired, kFailed, kEnds };
   static constexpr std::array<const char*, kEnds> kEndNames{"deleted", "expired", "failed"};
+  /// The methods of both services.
+  static constexpr std::array<const char*, 12> kCallNames{
+      "CreateSession", "GetSession", "ListSessions", "DeleteSession", "ChangeScene",     "StreamChangeScene",
+      "CheckSession",  "Step",       "StreamSteps",  "GetServerInfo", "ListAllSessions", "DeleteAnySession"};
   /// Of files that are read again while the daemon runs.
   enum Reload : std::size_t { kTokenFile, kCertificates, kReloads };
   static constexpr std::array<const char*, kReloads> kReloadNames{"token_file", "certificates"};
@@ -86,6 +91,8 @@ struct Metrics final : SessionObserver {
   void self_checked(Check outcome) noexcept override;
   void refused_with(const Fault& fault);
   void refused_with(const char* reason);
+  /// `method` is one of kCallNames.
+  void call_began(std::string_view method) noexcept;
 
   std::array<DurationHistogram, kStages> step_seconds;
   DurationHistogram queue_seconds;
@@ -95,6 +102,7 @@ struct Metrics final : SessionObserver {
   std::array<Counter, kSelfCheckNames.size()> self_checks{};
   Counter front_pairs{0};          ///< over all steps: pairs that the front held
   Counter front_pairs_skipped{0};  ///< of these, not looked at
+  std::array<Counter, kCallNames.size()> calls{};
   Counter sessions_created{0};
   std::array<Counter, kEnds> sessions_ended{};
   std::array<Counter, kRefusals.size()> refused{};

@@ -154,6 +154,15 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
   f.counters("warmfront_principal_refused_total",
              "Creates, attaches and frames refused, by principal, since it has had something in the daemon",
              "principal", of_tenants([](const Tenant& t) { return t.refused; }));
+  f.counters("warmfront_principal_steps_total",
+             "Steps of a principal's sessions, since it has had something in the daemon", "principal",
+             of_tenants([](const Tenant& t) { return t.steps; }));
+  f.counters("warmfront_principal_step_seconds_total", "Time of these in the engine", "principal",
+             of_tenants([](const Tenant& t) { return t.step_seconds; }));
+  f.counters("warmfront_calls_total", "Calls begun, by method", "method", Metrics::kCallNames, metrics.calls);
+  const std::array<Counter, 2> traced{gauges.traced_sent, gauges.traced_dropped};
+  f.counters("warmfront_traced_frames_total", "Frames traced, and whether their traces went out", "result",
+             std::array{"sent", "dropped"}, traced);
   f.counter("warmfront_sessions_created_total", "Sessions created", metrics.sessions_created);
   f.counters("warmfront_sessions_ended_total", "Sessions ended, by reason", "reason", Metrics::kEndNames,
              metrics.sessions_ended);

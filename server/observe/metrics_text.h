@@ -22,6 +22,8 @@ struct Gauges {
   std::uint64_t threads = 0;
   bool draining = false;
   std::time_t certificate_expiry = 0;  ///< of the one in force; 0: none
+  std::uint64_t traced_sent = 0;       ///< frames whose traces went out, ...
+  std::uint64_t traced_dropped = 0;    ///< ... and did not
   /// A principal that has something in the daemon.
   struct Tenant {
     std::string name;
@@ -30,6 +32,8 @@ struct Gauges {
     std::uint64_t open_streams = 0;
     std::uint64_t frames_in_flight = 0;
     std::uint64_t refused = 0;
+    std::uint64_t steps = 0;
+    double step_seconds = 0;
     Quota quota;
   };
   std::vector<Tenant> tenants = {};

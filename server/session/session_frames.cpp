@@ -180,6 +180,10 @@ void Session::count(const Answer& answer, double waited_seconds) {
   forecast_.computed(answer.statistics.counts, beside);
   ++steps_unchecked_;
   if (observer_ != nullptr) observer_->step_done(answer.statistics, answer.pairs(), waited_seconds);
+  if (tenant() == nullptr) return;
+  tenant()->steps.fetch_add(1, std::memory_order_relaxed);
+  tenant()->step_nanoseconds.fetch_add(static_cast<std::uint64_t>(1e6 * answer.statistics.ms.total),
+                                       std::memory_order_relaxed);
 }
 
 FrameOutcome Session::take_trial(std::uint64_t number, FrameCommit commit) {

@@ -37,6 +37,9 @@ class Tenant {
   Share share;
   /// Creates, attaches and frames of its that were refused.
   std::atomic<std::uint64_t> refused{0};
+  /// Steps of its sessions, and how long they took in the engine.
+  std::atomic<std::uint64_t> steps{0};
+  std::atomic<std::uint64_t> step_nanoseconds{0};
 
  private:
   std::atomic<std::uint32_t> max_sessions_;

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
 #include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
@@ -28,7 +29,7 @@ class AdminService final : public Base {
                                             const grpc::ByteBuffer* request,
                                             grpc::ByteBuffer* response) override {
     return respond<v1::ListAllSessionsRequest, v1::ListAllSessionsResponse>(
-        *call, *request, *response, "ListAllSessions", [&](const auto& received, auto& reply) {
+        *call, *request, *response, "ListAllSessions", [&](const auto& received, auto& reply, AuditEvent&) {
           Outcome<std::string> next =
               add_page(context_.store.list(), received.message, [&](const Session& session) {
                 v1::OwnedSession& owned = *reply.add_sessions();
@@ -45,7 +46,8 @@ class AdminService final : public Base {
                                              const grpc::ByteBuffer* request,
                                              grpc::ByteBuffer* response) override {
     return respond<v1::DeleteAnySessionRequest, v1::DeleteAnySessionResponse>(
-        *call, *request, *response, "DeleteAnySession", [&](const auto& received, auto&) {
+        *call, *request, *response, "DeleteAnySession", [&](const auto& received, auto&, AuditEvent& event) {
+          event.session = received.message.session_id();
           const Outcome<SessionId> id = SessionId::parse(received.message.session_id());
           if (!id) return context_.refuse(id.fault());
           Outcome<std::shared_ptr<Session>> session =
@@ -53,20 +55,41 @@ class AdminService final : public Base {
                   ? context_.store.find(id.value(), received.message.principal())
                   : context_.store.find_any(id.value());
           if (!session) return context_.refuse(session.fault());
+          event.owner = session.value()->owner();
           delete_session(context_, std::move(session).value(), "deleted by an administrator");
           return grpc::Status::OK;
         });
   }
 
  private:
-  /// `fill` is done for administrators only, and nothing is parsed for others.
+  /// `fill` is done for administrators only, and nothing is parsed for others; it may say in the event what
+  /// it was about. Whatever comes of it is recorded.
   template <class Request, class Response, class Fill>
   grpc::ServerUnaryReactor* respond(grpc::CallbackServerContext& call, const grpc::ByteBuffer& request,
                                     grpc::ByteBuffer& response, const char* method, Fill fill) const {
+    context_.metrics.call_began(method);
+    AuditEvent event{
+        .action = method, .principal = {}, .peer = call.peer(), .request_id = call_tag(call).request_id};
+    const auto record = [&](int code, std::string reason) {
+      event.code = code;
+      event.reason = std::move(reason);
+      context_.audit->record(event);
+    };
     return raw_unary<Request, Response>(
         context_, call, response,
-        [&] { return receive_from<Request>(context_.guard.identify_admin(call), context_, request, method); },
-        fill);
+        [&] {
+          if (const Outcome<Principal> caller = context_.guard.identify(call))
+            event.principal = caller.value().name;
+          Outcome<Received<Request>> received =
+              receive_from<Request>(context_.guard.identify_admin(call), context_, request, method);
+          if (!received) record(to_grpc_code(received.fault().code), received.fault().message);
+          return received;
+        },
+        [&](const Received<Request>& received, Response& reply) {
+          const grpc::Status status = fill(received, reply, event);
+          record(status.error_code(), status.error_message());
+          return status;
+        });
   }
 
   Context& context_;

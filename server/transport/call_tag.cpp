@@ -44,8 +44,12 @@ std::string made_up_id() {
 
 }  // namespace
 
+std::string_view traceparent(const grpc::ServerContextBase& call) {
+  return metadata(call, "traceparent");
+}
+
 CallTag call_tag(const grpc::ServerContextBase& call) {
-  const std::string_view request = metadata(call, "x-request-id"), trace = metadata(call, "traceparent");
+  const std::string_view request = metadata(call, "x-request-id"), trace = traceparent(call);
   return {is_request_id(request) ? std::string(request) : made_up_id(),
           is_traceparent(trace) ? std::string(trace) : std::string()};
 }

@@ -5,6 +5,7 @@
 #include <grpcpp/server_context.h>
 
 #include <string>
+#include <string_view>
 
 namespace warmfront::server {
 
@@ -16,5 +17,8 @@ struct CallTag {
 
 /// What has another shape than an id should have, or is too long for one, is not taken over into logs.
 CallTag call_tag(const grpc::ServerContextBase& call);
+
+/// The call's `traceparent`, whatever its shape; empty without. Valid as long as the call.
+std::string_view traceparent(const grpc::ServerContextBase& call);
 
 }  // namespace warmfront::server

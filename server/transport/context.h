@@ -11,7 +11,9 @@
 #include "engine/workers.h"
 #include "server/auth/guard.h"
 #include "server/log.h"
+#include "server/observe/audit.h"
 #include "server/observe/metrics.h"
+#include "server/observe/tracer.h"
 #include "server/process/lifecycle.h"
 #include "server/session/account.h"
 #include "server/session/gate.h"
@@ -74,6 +76,8 @@ struct Context {
   Tenants tenants;
   Store store;
   std::shared_ptr<Recordings> recordings;  ///< null where nothing is recorded; set before the first call
+  std::unique_ptr<Audit> audit;            ///< set before the first call
+  std::unique_ptr<Tracer> tracer;          ///< null where nothing is traced; set before the first call
   Runner runner;                           // last: its threads use all of the above until it has joined them
 };
 

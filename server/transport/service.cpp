@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/byte_buffer.h"
+#include "server/transport/call_tag.h"
 #include "server/transport/change_call.h"
 #include "server/transport/convert.h"
 #include "server/transport/create_call.h"
@@ -86,8 +87,10 @@ class CollisionService final : public Base {
 
   grpc::ServerReadReactor<grpc::ByteBuffer>* CreateSession(grpc::CallbackServerContext* call,
                                                            grpc::ByteBuffer* response) override {
-    return streaming<grpc::ServerReadReactor<grpc::ByteBuffer>>(
-        [&] { return CreateCall::start(context_, *call, *response); });
+    return streaming<grpc::ServerReadReactor<grpc::ByteBuffer>>([&] {
+      context_.metrics.call_began("CreateSession");
+      return CreateCall::start(context_, *call, *response);
+    });
   }
 
   grpc::ServerUnaryReactor* GetSession(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
@@ -150,8 +153,10 @@ class CollisionService final : public Base {
 
   grpc::ServerReadReactor<grpc::ByteBuffer>* StreamChangeScene(grpc::CallbackServerContext* call,
                                                                grpc::ByteBuffer* response) override {
-    return streaming<grpc::ServerReadReactor<grpc::ByteBuffer>>(
-        [&] { return ChangeCall::start(context_, *call, *response); });
+    return streaming<grpc::ServerReadReactor<grpc::ByteBuffer>>([&] {
+      context_.metrics.call_began("StreamChangeScene");
+      return ChangeCall::start(context_, *call, *response);
+    });
   }
 
   grpc::ServerUnaryReactor* CheckSession(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
@@ -178,6 +183,7 @@ class CollisionService final : public Base {
 
   grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
                                  grpc::ByteBuffer* response) override {
+    context_.metrics.call_began("Step");
     return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
       Outcome<Principal> principal = context_.guard.identify(*call);
       if (!principal) return finish(call, context_.refuse(principal.fault()));
@@ -191,7 +197,8 @@ class CollisionService final : public Base {
             Outcome<std::shared_ptr<Session>> session = find(*call, received.value());
             if (!session) return session.fault();
             return StepCall::Request{std::move(received.value().place), std::move(session).value(),
-                                     std::move(received.value().message)};
+                                     std::move(received.value().message),
+                                     TraceContext::parse(traceparent(*call))};
           },
           *response);
     });
@@ -199,8 +206,10 @@ class CollisionService final : public Base {
 
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamSteps(
       grpc::CallbackServerContext* call) override {
-    return streaming<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>(
-        [&] { return StepStream::start(context_, *call); });
+    return streaming<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>([&] {
+      context_.metrics.call_began("StreamSteps");
+      return StepStream::start(context_, *call);
+    });
   }
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
@@ -247,6 +256,7 @@ class CollisionService final : public Base {
   template <class Request, class Response, class Fill>
   grpc::ServerUnaryReactor* respond(grpc::CallbackServerContext& call, const grpc::ByteBuffer& request,
                                     grpc::ByteBuffer& response, const char* method, Fill fill) {
+    context_.metrics.call_began(method);
     return raw_unary<Request, Response>(
         context_, call, response, [&] { return receive<Request>(context_, call, request, method); }, fill);
   }
@@ -256,6 +266,7 @@ class CollisionService final : public Base {
   template <class Request, class Begin>
   grpc::ServerUnaryReactor* found(grpc::CallbackServerContext& call, const grpc::ByteBuffer& request,
                                   const char* method, Begin begin) {
+    context_.metrics.call_began(method);
     return unary(call, [&]() -> grpc::ServerUnaryReactor* {
       Outcome<Principal> principal = context_.guard.identify(call);
       if (!principal) return finish(&call, context_.refuse(principal.fault()));

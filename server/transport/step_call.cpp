@@ -9,6 +9,7 @@
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/transport/frame_assembly.h"
+#include "server/transport/frame_outcome.h"
 #include "server/transport/heavy.h"
 #include "server/transport/reaction.h"
 #include "server/transport/yield_to_steps.h"
@@ -24,14 +25,23 @@ constexpr std::size_t kRestBytes = 1024;
 /// The call lives until it is answered.
 class StepCall::Reply final : public FrameObserver {
  public:
-  Reply(StepCall& call, Tenant* tenant, FrameRecord record)
-      : call_(call), tenant_(tenant), record_(std::move(record)) {}
+  Reply(StepCall& call, Tenant* tenant, FrameRecord record, std::unique_ptr<FrameTrace> trace)
+      : call_(call), tenant_(tenant), record_(std::move(record)), trace_(std::move(trace)) {}
 
-  void begins() override { record_.begins(); }
+  void begins() override {
+    if (trace_) trace_->begun = FrameTrace::Clock::now();
+    record_.begins();
+  }
   void answered(const FrameOutcome& outcome) noexcept override {
+    if (trace_) note_outcome(outcome, *trace_);
     record_.answered(outcome);
     answer(call_, [&] {
       if (outcome) call_.respond(*outcome.value());
+      if (trace_) {
+        // gRPC sends it after this call is left behind.
+        trace_->encoded = trace_->sent = FrameTrace::Clock::now();
+        call_.context_.tracer->finish(std::move(trace_));
+      }
       return outcome ? grpc::Status::OK : call_.context_.refuse(outcome.fault(), tenant_);
     });
   }
@@ -40,6 +50,7 @@ class StepCall::Reply final : public FrameObserver {
   StepCall& call_;
   Tenant* const tenant_;  // may be null
   FrameRecord record_;
+  std::unique_ptr<FrameTrace> trace_;  // null where it is not traced
 };
 
 StepCall* StepCall::start(Context& context, std::shared_ptr<Tenant> tenant,
@@ -62,10 +73,12 @@ void StepCall::step(const Outcome<Request>& request) {
   Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
   if (!begun) return finish_call(*this, context_.refuse(begun.fault()));
   in_flight_.emplace(std::move(begun).value());
-  step(*request.value().session, request.value().message);
+  step(request.value());
 }
 
-void StepCall::step(Session& session, const v1::StepRequest& request) {
+void StepCall::step(const Request& whole) {
+  Session& session = *whole.session;
+  const v1::StepRequest& request = whole.message;
   FrameAssembly assembly(session, session.tenant() != nullptr ? session.tenant()->frames : context_.frames,
                          context_.frames, request.frame());
   FramePass& pass = assembly.pass();
@@ -76,8 +89,13 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
   pass.max_answer_bytes = context_.limits.max_message_bytes - kRestBytes;
   assembly.add(request);
   FrameRecord record(recording_of(session), request.frame(), assembly.take_parts());
-  session.submit(assembly.finish(std::make_unique<Reply>(*this, session.tenant(), std::move(record))),
-                 Session::Admission::kBounded);
+  std::unique_ptr<FrameTrace> trace =
+      context_.tracer
+          ? context_.tracer->begin(whole.caller_trace, "Step", session.id().text(), request.frame())
+          : nullptr;
+  session.submit(
+      assembly.finish(std::make_unique<Reply>(*this, session.tenant(), std::move(record), std::move(trace))),
+      Session::Admission::kBounded);
 }
 
 void StepCall::respond(const Answer& answer) {

@@ -24,6 +24,7 @@ class StepCall final : public grpc::ServerUnaryReactor {
     ParseRoom::Place place;
     std::shared_ptr<Session> session;
     v1::StepRequest message;
+    std::optional<TraceContext> caller_trace;
   };
 
   /// Lives until gRPC calls OnDone(). `context` outlives it, `response` lives as long as the call, and so
@@ -41,7 +42,7 @@ class StepCall final : public grpc::ServerUnaryReactor {
   explicit StepCall(Context& context, grpc::ByteBuffer& response) : context_(context), response_(response) {}
 
   void step(const Outcome<Request>& request);
-  void step(Session& session, const v1::StepRequest& request);
+  void step(const Request& request);
   void respond(const Answer& answer);
 
   // Constant after construction.

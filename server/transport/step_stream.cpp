@@ -19,7 +19,10 @@
 namespace warmfront::server {
 
 StepStream::StepStream(Context& context, grpc::CallbackServerContext& call)
-    : context_(context), rpc_(call), metadata_id_(session_metadata(call)) {}
+    : context_(context),
+      rpc_(call),
+      metadata_id_(session_metadata(call)),
+      caller_trace_(TraceContext::parse(traceparent(call))) {}
 
 StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& call) {
   std::shared_ptr<StepStream> stream(new StepStream(context, call));
@@ -110,14 +113,16 @@ void StepStream::attached(const Outcome<Standing>& standing) {
   });
 }
 
-void StepStream::answered(std::uint64_t frame, const FrameOutcome& outcome) {
+void StepStream::answered(std::uint64_t frame, const FrameOutcome& outcome,
+                          std::unique_ptr<FrameTrace> trace) {
   guarded([&] {
     const MutexLock lock(mutex_);
     if (!outcome) context_.count_refused(outcome.fault(), tenant_.get());
     if (outcome)
-      queue_locked({AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes), true});
+      queue_locked(
+          {AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes), true, std::move(trace)});
     else
-      queue_locked({encode_error(frame, outcome.fault()), true});
+      queue_locked({encode_error(frame, outcome.fault()), true, std::move(trace)});
     if (!outcome && outcome.fault().session_lost()) end_locked(to_grpc(outcome.fault()));
     advance_locked();
   });
@@ -245,8 +250,10 @@ void StepStream::write_locked() {
                     "memory", true)));
       return break_locked(StreamEvent::Kind::kBroken);
     }
+    if (next.trace && next.trace->encoded == next.trace->received) next.trace->encoded = Clock::now();
     if (answer->done()) {
       happened_locked(StreamEvent::Kind::kFrameEndStarted, answer->answer_bytes());
+      ending_trace_ = std::move(next.trace);
       writes_.pop_front();
     } else {
       happened_locked(StreamEvent::Kind::kPartStarted);
@@ -255,6 +262,7 @@ void StepStream::write_locked() {
     current_ = std::move(std::get<grpc::ByteBuffer>(next.what));
     happened_locked(next.ends_frame ? StreamEvent::Kind::kFrameEndStarted
                                     : StreamEvent::Kind::kMessageStarted);
+    ending_trace_ = std::move(next.trace);
     writes_.pop_front();
   }
   current_bytes_.set(current_.Length());
@@ -305,6 +313,10 @@ void StepStream::OnWriteDone(bool ok) {
     last_moved_ = Clock::now();
     current_.Clear();
     current_bytes_.set(0);
+    if (ending_trace_) {
+      ending_trace_->sent = last_moved_;
+      context_.tracer->finish(std::move(ending_trace_));
+    }
     if (ok)
       happened_locked(StreamEvent::Kind::kWriteDone);
     else

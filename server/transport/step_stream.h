@@ -68,6 +68,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   struct Outgoing {
     std::variant<grpc::ByteBuffer, AnswerChunks> what;
     bool ends_frame;
+    std::unique_ptr<FrameTrace> trace = nullptr;  // of the frame, where it is traced
   };
 
   StepStream(Context& context, grpc::CallbackServerContext& call);
@@ -81,11 +82,13 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void commit(const v1::Commit& request);
   void half_closed();
   Held held();
-  std::unique_ptr<FrameObserver> reply_to(std::uint64_t frame, FrameRecord record);
+  std::unique_ptr<FrameTrace> trace_of(std::uint64_t frame) noexcept;
+  std::unique_ptr<FrameObserver> reply_to(std::uint64_t frame, FrameRecord record,
+                                          std::unique_ptr<FrameTrace> trace);
 
   // Replies, from any thread, without the lock.
   void attached(const Outcome<Standing>& standing);
-  void answered(std::uint64_t frame, const FrameOutcome& outcome);
+  void answered(std::uint64_t frame, const FrameOutcome& outcome, std::unique_ptr<FrameTrace> trace);
 
   /// What is thrown in `work`, a reaction or a reply, ends the stream, and nothing more is delivered.
   template <class Work>
@@ -119,6 +122,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   Context& context_;
   grpc::CallbackServerContext& rpc_;
   const std::string metadata_id_;
+  const std::optional<TraceContext> caller_trace_;
   const std::shared_ptr<std::atomic<bool>> given_up_ = std::make_shared<std::atomic<bool>>(false);
 
   // Set by start() before others see the stream, then constant.
@@ -133,6 +137,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   // Used by the one outstanding read and OnReadDone() only.
   grpc::ByteBuffer incoming_;
   std::optional<FrameAssembly> assembly_;
+  std::unique_ptr<FrameTrace> assembly_trace_;
 
   // Protected by mutex_.
   Mutex mutex_;
@@ -142,6 +147,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   grpc::ByteBuffer current_ WARMFRONT_GUARDED_BY(mutex_);  // must outlive its write
   Holding current_bytes_ WARMFRONT_GUARDED_BY(mutex_);     // of it, on the session's account
   Clock::time_point write_began_ WARMFRONT_GUARDED_BY(mutex_);
+  std::unique_ptr<FrameTrace> ending_trace_ WARMFRONT_GUARDED_BY(mutex_);  // of the frame that current_ ends
   std::deque<Outgoing> writes_ WARMFRONT_GUARDED_BY(mutex_);
   Clock::time_point last_moved_ WARMFRONT_GUARDED_BY(mutex_) = Clock::now();  // a message, either way
   // For the message that attaches, or for the rest of a frame; stale when neither is owed.

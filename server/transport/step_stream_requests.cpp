@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a stream's messages ask for: a session is attached, frames are put together and submitted, commits are
 // submitted. Thread safety as stated in step_stream.h.
+#include <string_view>
 #include <utility>
 
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
+#include "server/transport/frame_outcome.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/step_stream.h"
 
@@ -83,6 +85,7 @@ void StepStream::take(const StreamRequest& request) {
     assembly_->pass().given_up = given_up_;
     assembly_->pass().attachment = held.attachment;
     assembly_->ask(part);
+    assembly_trace_ = trace_of(part.frame());
   } else if (std::optional<Fault> fault = assembly_->refusal_of(part)) {
     return end(*fault);
   }
@@ -94,8 +97,10 @@ void StepStream::take(const StreamRequest& request) {
   }
   if (part.more()) return;
   FrameRecord record(recording_of(*held.session), part.frame(), assembly_->take_parts());
-  held.session->submit(assembly_->finish(reply_to(part.frame(), std::move(record))),
-                       Session::Admission::kAlways);
+  if (assembly_trace_) assembly_trace_->arrived = Clock::now();
+  held.session->submit(
+      assembly_->finish(reply_to(part.frame(), std::move(record), std::move(assembly_trace_))),
+      Session::Admission::kAlways);
   assembly_.reset();
 }
 
@@ -114,30 +119,46 @@ void StepStream::commit(const v1::Commit& request) {
   }
   FrameRecord record(recording_of(*held.session), request);
   held.session->submit({request.frame(), FrameCommit{request.fraction()}, std::move(pass),
-                        reply_to(request.frame(), std::move(record))},
+                        reply_to(request.frame(), std::move(record), trace_of(request.frame()))},
                        Session::Admission::kAlways);
 }
 
 // Weak, because a stream ends whenever its client likes, and no frame should keep it.
 class StepStream::Reply final : public FrameObserver {
  public:
-  Reply(std::weak_ptr<StepStream> stream, std::uint64_t frame, FrameRecord record)
-      : stream_(std::move(stream)), frame_(frame), record_(std::move(record)) {}
+  Reply(std::weak_ptr<StepStream> stream, std::uint64_t frame, FrameRecord record,
+        std::unique_ptr<FrameTrace> trace)
+      : stream_(std::move(stream)), frame_(frame), record_(std::move(record)), trace_(std::move(trace)) {}
 
-  void begins() override { record_.begins(); }
+  void begins() override {
+    if (trace_) trace_->begun = Clock::now();
+    record_.begins();
+  }
   void answered(const FrameOutcome& outcome) noexcept override {
+    if (trace_) note_outcome(outcome, *trace_);
     record_.answered(outcome);
-    if (const std::shared_ptr<StepStream> stream = stream_.lock()) stream->answered(frame_, outcome);
+    if (const std::shared_ptr<StepStream> stream = stream_.lock())
+      stream->answered(frame_, outcome, std::move(trace_));
   }
 
  private:
   const std::weak_ptr<StepStream> stream_;
   const std::uint64_t frame_;
   FrameRecord record_;
+  std::unique_ptr<FrameTrace> trace_;  // null where it is not traced
 };
 
-std::unique_ptr<FrameObserver> StepStream::reply_to(std::uint64_t frame, FrameRecord record) {
-  return std::make_unique<Reply>(weak_from_this(), frame, std::move(record));
+std::unique_ptr<FrameTrace> StepStream::trace_of(std::uint64_t frame) noexcept {
+  if (!context_.tracer) return nullptr;
+  const MutexLock lock(mutex_);
+  return context_.tracer->begin(caller_trace_, "StreamSteps",
+                                session_ ? std::string_view(session_->id().text()) : std::string_view(),
+                                frame);
+}
+
+std::unique_ptr<FrameObserver> StepStream::reply_to(std::uint64_t frame, FrameRecord record,
+                                                    std::unique_ptr<FrameTrace> trace) {
+  return std::make_unique<Reply>(weak_from_this(), frame, std::move(record), std::move(trace));
 }
 
 }  // namespace warmfront::server

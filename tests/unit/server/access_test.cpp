@@ -11,8 +11,11 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "client/lib/client.h"
 #include "server/auth/tokens.h"
@@ -211,6 +214,33 @@ TEST_F(TokenTest, SessionsBelongToTheirPrincipalAndSomeCallsNeedTheAdminRole) {
   EXPECT_TRUE(alice.list_sessions().value().empty());
   EXPECT_THAT(daemon_.log(), HasSubstr("\"principal\":\"alice\""));
   for (const char* secret : {kAlice, kBob, kRoot}) EXPECT_THAT(daemon_.log(), Not(HasSubstr(secret)));
+}
+
+TEST_F(TokenTest, WhatAdministratorsDoIsRecorded) {
+  const std::string file = (folder_.path() / "audit").string();
+  daemon_.restart([&](server::Config& config) { config.audit_file = file; });
+  Client alice = connect(kAlice).value(), root = connect(kRoot).value();
+  client::Session session = open_grids(alice).value();
+  const std::string id = session.id();
+  EXPECT_FALSE(alice.delete_any_session(id).ok());
+  EXPECT_TRUE(root.list_all_sessions().ok());
+  EXPECT_TRUE(root.delete_any_session(id).ok());
+  EXPECT_FALSE(root.delete_any_session(id).ok());
+  EXPECT_TRUE(daemon_->reload());
+  std::ifstream written(file);
+  std::vector<std::string> events;
+  for (std::string line; std::getline(written, line);) {
+    const nlohmann::json event = nlohmann::json::parse(line);
+    EXPECT_EQ(event["event"], "audit");
+    EXPECT_THAT(event["peer"].get<std::string>(), HasSubstr(event["action"] == "reload" ? "" : "unix:"));
+    events.push_back(event["action"].get<std::string>() + " " + event["principal"].get<std::string>() + " " +
+                     (event["session"] == id ? "it" : "-") + " " + event["owner"].get<std::string>() + " " +
+                     std::to_string(event["code"].get<int>()));
+  }
+  EXPECT_EQ(events, (std::vector<std::string>{"DeleteAnySession alice -  7", "ListAllSessions root -  0",
+                                              "DeleteAnySession root it alice 0",
+                                              "DeleteAnySession root it  5", "reload signal -  0"}));
+  EXPECT_THAT(daemon_.log(), HasSubstr("\"event\":\"audit\",\"action\":\"DeleteAnySession\""));
 }
 
 class PrincipalBytesTest : public TokenTest {

@@ -53,7 +53,14 @@ TEST(MetricsTextTest, NamesFollowPrometheusAndNothingIsCountedTwice) {
   metrics.refused_with(server::limit_met("full", "max-sessions", true));
   metrics.refused_with("nothing known");
   ++metrics.reload_failures[server::Metrics::kTokenFile];
-  const std::string text = server::metrics_text(metrics, {.sessions = 3});
+  metrics.call_began("Step");
+  metrics.call_began("no such method");
+  const std::string text =
+      server::metrics_text(metrics, {.sessions = 3, .traced_sent = 4, .traced_dropped = 5});
+  EXPECT_THAT(text, HasSubstr("warmfront_calls_total{method=\"Step\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_calls_total{method=\"StreamSteps\"} 0\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_traced_frames_total{result=\"sent\"} 4\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_traced_frames_total{result=\"dropped\"} 5\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_reload_failures_total{what=\"token_file\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_reload_failures_total{what=\"certificates\"} 0\n"));
   EXPECT_THAT(text, Not(HasSubstr("\nwarmfront_certificate_expiry_timestamp_seconds"))) << "there is none";

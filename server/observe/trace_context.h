@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a caller says of the trace that its call is part of: the metadata `traceparent` of W3C Trace Context.
+// Plain values; thread-safe.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace warmfront::server {
+
+using TraceId = std::array<std::uint8_t, 16>;
+using SpanId = std::array<std::uint8_t, 8>;
+
+struct TraceContext {
+  TraceId trace{};
+  SpanId parent{};  ///< the caller's span
+  bool sampled = false;
+
+  /// `00-<trace>-<parent>-<flags>` in lower-case hexadecimal digits; none for anything else, and for ids of
+  /// zeros alone (W3C Trace Context, section 3.2.2).
+  static std::optional<TraceContext> parse(std::string_view traceparent);
+};
+
+}  // namespace warmfront::server
