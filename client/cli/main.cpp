@@ -17,6 +17,7 @@
 #include "client/cli/detect/detect.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/load/load.h"
+#include "client/cli/merge/merge.h"
 #include "client/cli/queries/queries.h"
 #include "client/cli/recording/replay.h"
 #include "client/cli/scene.h"
@@ -72,6 +73,7 @@ int run(int argc, char** argv) {
       warmfront::client::add_bench);
   add("load", "Stream many sessions to a daemon, and measure latency and throughput",
       warmfront::client::add_load);
+  add("merge", "Join the reports of 'detect' over ranges of one input's frames", warmfront::client::add_merge);
   add("replay", "Step through a recorded session again, and compare the answers",
       warmfront::client::add_replay);
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);

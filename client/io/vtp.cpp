@@ -39,8 +39,22 @@ std::string VtpArrays::format(const Piece& piece) const {
          "\n</AppendedData>\n</VTKFile>\n";
 }
 
+namespace {
+
+std::string stem_of(const std::string& path) {
+  return path.ends_with(".vtp") ? path.substr(0, path.size() - 4) : path;
+}
+
+}  // namespace
+
+std::string VtpSeries::file_of(const std::string& path, std::uint64_t number) {
+  std::string digits = std::to_string(number);
+  if (digits.size() < 6) digits.insert(0, 6 - digits.size(), '0');
+  return stem_of(path) + "_" + digits + ".vtp";
+}
+
 Result<VtpSeries> VtpSeries::create(const std::string& path) {
-  std::string stem = path.ends_with(".vtp") ? path.substr(0, path.size() - 4) : path;
+  std::string stem = stem_of(path);
   Result<OutputFile> index = OutputFile::create(stem + ".pvd");
   if (!index) return index.error();
   index.value().write(
@@ -49,9 +63,7 @@ Result<VtpSeries> VtpSeries::create(const std::string& path) {
 }
 
 Status VtpSeries::add(std::uint64_t number, std::string_view vtp) {
-  std::string digits = std::to_string(number);
-  if (digits.size() < 6) digits.insert(0, 6 - digits.size(), '0');
-  const std::string path = stem_ + "_" + digits + ".vtp";
+  const std::string path = file_of(stem_, number);
   // The index is in the same folder, so it lists names without a path.
   const std::string name = path.substr(path.rfind('/') + 1);
   index_.write("<DataSet timestep=\"" + std::to_string(number) + "\" part=\"0\" file=\"" + escaped(name) +

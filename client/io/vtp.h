@@ -51,6 +51,9 @@ class VtpSeries {
   /// `path` with or without ".vtp".
   static Result<VtpSeries> create(const std::string& path);
 
+  /// The file of frame `number` of the series at `path`, with or without ".vtp".
+  static std::string file_of(const std::string& path, std::uint64_t number);
+
   /// Writes the file of frame `number` and lists it.
   Status add(std::uint64_t number, std::string_view vtp);
   /// Ends the list; fails when anything written did not reach the file.

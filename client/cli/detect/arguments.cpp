@@ -72,12 +72,11 @@ Status check_topology_changes(const DetectArguments& arguments) {
 }
 
 void add_detect_options(CLI::App& app, DetectArguments& a) {
-  app.add_option(
-         "INPUT", a.inputs,
-         "A folder with mesh.ply and frames.pc2, or t0.ply, t1.ply, ..., and perhaps info.json; or two "
-         "or more mesh "
-         "files (.ply, .obj, .stl) of one topology; or builtin:NAME[?triangles=N&frames=N] (see "
-         "'scene --list')")
+  app.add_option("INPUT", a.inputs,
+                 "A folder with mesh.ply and frames.pc2, or t0.ply, t1.ply, ..., and perhaps info.json; or "
+                 "two or more "
+                 "mesh files (.ply, .obj, .stl) of one topology; or a recording (.wfrec); or "
+                 "builtin:NAME[?triangles=N&frames=N] (see 'scene --list')")
       ->required();
   app.add_flag(
       "--remeshed", a.remeshed,
@@ -150,7 +149,8 @@ void add_detect_options(CLI::App& app, DetectArguments& a) {
   app.add_flag("--explain", a.options.explain,
                "Also step an all-deformable scene, compare the contacts (in this process), and print what "
                "the model saves");
-  app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
+  app.add_option("--frames", a.frames,
+                 "Only the steps from frame FIRST to frame LAST; 'merge' joins the reports of ranges")
       ->type_name("FIRST:LAST");
   add_filter_options(app, a.filters);
   app.add_option("--contacts", a.files.contacts,

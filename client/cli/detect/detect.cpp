@@ -13,11 +13,21 @@
 #include "client/cli/detect/run.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/frames/frame_steps.h"
+#include "client/cli/recording/recorded_input.h"
 #include "client/io/file.h"
 #include "client/io/input.h"
 
 namespace warmfront::client {
 namespace {
+
+Result<std::unique_ptr<Input>> open(const DetectArguments& arguments) {
+  if (arguments.inputs.size() > 1 || !is_recording_name(arguments.inputs.front()))
+    return open_input(arguments.inputs, 2,
+                      arguments.remeshed ? TopologyChanges::kAny : TopologyChanges::kBuiltin);
+  Result<RecordedScene> recorded = open_recorded_scene(arguments.inputs.front());
+  if (!recorded) return recorded.error();
+  return std::move(recorded.value().input);
+}
 
 int detect(DetectArguments arguments) {
   if (Status status = check_usage(arguments); !status) {
@@ -27,8 +37,7 @@ int detect(DetectArguments arguments) {
   }
   if (Status status = check_writable(std::array{arguments.json_file, arguments.files.html.file}); !status)
     return failure(status.error().message);
-  Result<std::unique_ptr<Input>> opened =
-      open_input(arguments.inputs, 2, arguments.remeshed ? TopologyChanges::kAny : TopologyChanges::kBuiltin);
+  Result<std::unique_ptr<Input>> opened = open(arguments);
   if (!opened) return failure(opened.error().message);
   Input& input = *opened.value();
   for (const Input* part = &input; part != nullptr; part = part->next()) print_notes(part->notes());
@@ -50,7 +59,7 @@ int detect(DetectArguments arguments) {
                  "same moment, and nothing is tested between the two\n",
                  parts.size() - 1, parts.size() == 2 ? "" : "s", parts[1].input->first_number(),
                  parts[1].input->name().c_str());
-  DetectRun run(arguments, std::uint64_t{range.last - range.first} * arguments.substeps);
+  DetectRun run(arguments, input, range);
   for (const PartRange& part : parts)
     if (Status status = run.part(part); !status) return failure(status.error().message);
   if (Status status = run.finish(); !status) return failure(status.error().message);

@@ -36,8 +36,10 @@ class LocalStepper final : public Stepper {
       changes.push_back(ReplaceBody{body.index, std::move(body.with), std::move(rows)});
     }
     if (Status status = collider_.change(std::move(changes)); !status) return status;
-    return collider_.place(Frame(positions));
+    return place(Frame(positions));
   }
+
+  Status place(const Frame& frame) override { return collider_.place(frame); }
 
   int threads() const override { return threads_; }
 

@@ -107,6 +107,7 @@ Status DetectOutputs::step(const FrameSteps& steps, const StepAnswer& answer) {
     Status status = contacts_->write(steps.number(), steps.start(), steps.end(),
                                      continuity_ ? told : answer.contacts, answer.geometry);
     if (!status) return status;
+    rows_ += continuity_ ? told.size() : answer.contacts.size();
   }
   if (meshes_) {
     if (Status status = meshes_->write(steps.number(), steps.end(), answer.contacts); !status) return status;

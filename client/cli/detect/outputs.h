@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/cli/detect/report_json.h"
@@ -42,6 +43,11 @@ class DetectOutputs {
   /// has those of the moment itself with the topology before it.
   Status begin_part(const SceneDescription& scene, const FrameSteps& steps);
 
+  /// The contacts of the step that ends where the first one starts: what --continuity compares that with.
+  void remember(std::vector<ContactRecord> before) { before_ = std::move(before); }
+
+  /// Rows of contacts that were written.
+  std::uint64_t rows() const { return rows_; }
   /// Is there any output? Then each answer must be taken before the next step.
   bool any() const { return contacts_ || meshes_ || page_; }
   /// Writes the current step of `steps`, and its answer.
@@ -55,6 +61,7 @@ class DetectOutputs {
 
   bool continuity_ = false;
   bool ended_ = false;
+  std::uint64_t rows_ = 0;
   std::vector<ContactRecord> before_;  // with continuity_, the contacts of the step before
   std::string html_file_;
   std::unique_ptr<ContactWriter> contacts_;

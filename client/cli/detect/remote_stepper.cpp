@@ -53,7 +53,11 @@ class RemoteStepper final : public Stepper {
       if (Status status = session_.replace_body(body.index, std::move(body.with), own); !status)
         return status;
     }
-    const Result<Answer> placed = session_.place(Frame(positions));
+    return place(Frame(positions));
+  }
+
+  Status place(const Frame& frame) override {
+    const Result<Answer> placed = session_.place(frame);
     return placed ? Status{} : Status{placed.error()};
   }
 

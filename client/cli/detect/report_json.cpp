@@ -72,6 +72,7 @@ std::string format_json(const DetectReport& report) {
             {"bounds", to_string(report.options.bounds)},
             {"contacts_hash", report.contacts_hash}};
   add_to(root, report.model);
+  root["range"] = to_json(report.range);
   root["frames"] = std::move(frames);
   return root.dump(1) + "\n";
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client/cli/frames/model_summary.h"
+#include "client/cli/ranges/range_report.h"
 #include "engine/options.h"
 #include "engine/statistics.h"
 
@@ -36,6 +37,7 @@ struct DetectReport {
   int threads = 0;
   /// ContactHash over all steps, in hexadecimal; empty without contacts (`--report count`).
   std::string contacts_hash;
+  RangeReport range;
   std::vector<FrameReport> frames;
 };
 

@@ -24,8 +24,8 @@ namespace warmfront::client {
 
 class DetectRun {
  public:
-  /// `steps` in all parts. `arguments` outlive this.
-  DetectRun(const DetectArguments& arguments, std::uint64_t steps);
+  /// Of these frames in all parts of the input. `arguments` and `input` outlive this.
+  DetectRun(const DetectArguments& arguments, Input& input, FrameRange range);
 
   /// Steps through a part. The first one makes the session; each that follows changes the session's scene, or
   /// makes another session where the scenes have too little in common (replaced_bodies.h).
@@ -34,12 +34,19 @@ class DetectRun {
   Status finish();
 
  private:
-  Status begin(FrameSteps& steps, const SceneDescription& before);
+  Status begin(const PartRange& part, FrameSteps& steps, const SceneDescription& before);
   Status open_stepper(const Positions& first);
-  Status begin_first(FrameSteps& steps, const Positions& first);
+  Status begin_first(const PartRange& part, FrameSteps& steps, const Positions& first);
+  Result<std::vector<ContactRecord>> enter(const PartRange& part, const Positions& first,
+                                           const Positions& reference);
+  Status start_recording(const Positions& first, const Positions& reference);
+  Status start_report(const Positions& first);
+  Result<SceneDescription> scene_of(Input& part) const;
   Status step_through(FrameSteps& steps);
 
   const DetectArguments& arguments_;
+  Input& input_;
+  const FrameRange range_;
   const bool table_;
   Progress progress_;
   SceneDescription scene_;
@@ -49,6 +56,7 @@ class DetectRun {
   std::optional<DetectOutputs> outputs_;
   DetectReport report_;
   ContactHash hash_;
+  std::optional<ContactHashPart> hash_part_;  // of a range that does not begin with the input, for its report
   std::vector<double> wide_;  // with substeps, a frame in double
 };
 

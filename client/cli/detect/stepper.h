@@ -58,6 +58,10 @@ class Stepper {
     return answer;
   }
 
+  /// Puts everything where the frame says, without a motion, as Collider::place() does, and fails as it does.
+  /// All steps that were submitted are answered.
+  virtual Status place(const Frame& frame) = 0;
+
   /// Puts the bodies' new meshes in place of theirs, and everything at these positions, (n, 3) of the new
   /// scene, without a motion. All steps that were submitted are answered. Fails as Collider::change() and
   /// place() do.

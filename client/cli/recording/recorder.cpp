@@ -34,6 +34,9 @@ class RecordingStepper final : public Stepper {
   Status replace(std::vector<ReplacedBody> /*bodies*/, const Positions& /*positions*/) override {
     return Error{ErrorCode::kUnimplemented, "what is recorded here keeps its topology"};
   }
+  Status place(const Frame& /*frame*/) override {
+    return Error{ErrorCode::kUnimplemented, "what is recorded here moves by steps alone"};
+  }
   int threads() const override { return inner_->threads(); }
 
  private:
@@ -45,13 +48,19 @@ class RecordingStepper final : public Stepper {
 }  // namespace
 
 Result<Recorder> Recorder::create(const std::string& path, const SceneDescription& scene,
-                                  const Positions& positions, const ColliderOptions& options) {
+                                  const Positions& positions, const ColliderOptions& options,
+                                  const Frame& placed) {
   const auto warn = [path](const std::string& reason) {
     std::fprintf(stderr, "warmfront: the recording %s stops here: %s\n", path.c_str(), reason.c_str());
   };
   auto writer = recording::Writer::create(path, "warmfront " + this_build().version, {.stopped = warn});
   if (!writer) return writer.error();
   Recorder recorder(std::move(writer).value(), SceneState(scene, positions));
+  if (!placed.empty()) {
+    const Result<SentFrame> sent = recorder.state_.encode(placed);
+    if (!sent) return sent.error();
+    recorder.state_.take(sent.value());
+  }
   v1::RecordedMessage message;
   v1::SessionHeader& header = *message.mutable_create()->mutable_header();
   header.set_session_id(random_uuid());

@@ -15,10 +15,12 @@ namespace warmfront::client {
 
 class Recorder {
  public:
-  /// Creates `path`, which must not exist, and writes the upload. A later write error stops the recording
+  /// Creates `path`, which must not exist, and writes the upload: of a session that was created at `positions`
+  /// and then put where `placed` says, before its first step. A later write error stops the recording
   /// with a warning on stderr.
   static Result<Recorder> create(const std::string& path, const SceneDescription& scene,
-                                 const Positions& positions, const ColliderOptions& options);
+                                 const Positions& positions, const ColliderOptions& options,
+                                 const Frame& placed = {});
 
   /// Call it before the step, so that a frame that crashes the process is recorded. Frames are numbered from
   /// 1.

@@ -66,10 +66,10 @@ def test_tests(page):
 
 @each_page
 def test_settings_and_metrics(page):
-    settings = of_all_sources("server/settings.cpp", "server/config.cpp", "client/cli/**/*.cpp", "client/python/examples/*.py")
+    settings = of_all_sources("server/settings.cpp", "server/config.cpp", "client/cli/**/*.cpp", "client/python/examples/*.py", "deploy/slurm/*")
     metrics = of_all_sources("server/observe/*.cpp", "server/*.cpp")
     for name in BACKTICKS.findall(prose(page)):
-        ours = re.match(r"--|warmfrontd? |(detect|queries|accuracy|bench|load|replay|scene|sessions) ", name)
+        ours = re.match(r"--|warmfrontd? |(detect|merge|queries|accuracy|bench|load|replay|scene|sessions) ", name)
         for flag in re.findall(r"(?:^|\s)--([a-z][a-z-]+)", name) if ours else ():
             assert re.search(rf'"(?:--)?{flag}"|--{flag}\b', settings), f"there is no option --{flag}"
         if re.fullmatch(r"warmfront_[a-z_]+_(total|bytes|seconds)", name):
