@@ -22,6 +22,7 @@
 #include "server/transport/errors.h"
 #include "server/transport/parse_room.h"
 #include "server/transport/recordings.h"
+#include "server/transport/stream_memory.h"
 
 namespace warmfront::server {
 
@@ -73,6 +74,7 @@ struct Context {
   Gate frames;   ///< accepted and not yet computed
   Tenants tenants;
   Store store;
+  MemoryDesk* memory_desk = nullptr;       ///< null where no memory is shared; set before the first call
   std::shared_ptr<Recordings> recordings;  ///< null where nothing is recorded; set before the first call
   Runner runner;                           // last: its threads use all of the above until it has joined them
 };

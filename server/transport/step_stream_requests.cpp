@@ -10,7 +10,7 @@
 
 namespace warmfront::server {
 
-void StepStream::handle(const StreamRequest& request) {
+void StepStream::handle(StreamRequest& request, Way way) {
   switch (request.message.message_case()) {
     case v1::StreamStepsRequest::kAttach:
       return attach(request.message.attach());
@@ -20,6 +20,15 @@ void StepStream::handle(const StreamRequest& request) {
       return commit(request.message.commit());
     case v1::StreamStepsRequest::kDetach:
       return half_closed();
+    case v1::StreamStepsRequest::kSharedMemory:
+      if (way == Way::kStream) return end(out_of_place("shared_memory is asked for on the socket beside"));
+      return give_memory(request.message.shared_memory());
+    case v1::StreamStepsRequest::kOnStream: {
+      if (way == Way::kStream) return end(out_of_place("on_stream is of the socket beside"));
+      const MutexLock lock(mutex_);
+      on_stream_ = true;
+      return;
+    }
     case v1::StreamStepsRequest::MESSAGE_NOT_SET:
       return;  // refused when it was parsed
   }
@@ -74,11 +83,12 @@ StepStream::Held StepStream::held() {
   return {session_, attachment_};
 }
 
-void StepStream::take(const StreamRequest& request) {
+void StepStream::take(StreamRequest& request) {
   const v1::StepFrame& part = request.message.step();
   const Held held = this->held();
   if (!held.session) return end(out_of_place("a step before attach; name the session first"));
-  if (!assembly_) {
+  const bool first = !assembly_;
+  if (first) {
     assembly_.emplace(*held.session, tenant_->frames, context_.frames, part.frame());
     assembly_->pass().given_up = given_up_;
     assembly_->pass().attachment = held.attachment;
@@ -86,6 +96,9 @@ void StepStream::take(const StreamRequest& request) {
   } else if (std::optional<Fault> fault = assembly_->refusal_of(part)) {
     return end(*fault);
   }
+  std::shared_ptr<StreamMemory> memory;  // until the positions are copied
+  Outcome<AnswerRoom> room = take_shared(request, first, memory);
+  if (!room && !assembly_->pass().refused) assembly_->pass().refused = room.fault();
   assembly_->add(request);
   {
     const MutexLock lock(mutex_);
@@ -94,7 +107,8 @@ void StepStream::take(const StreamRequest& request) {
   }
   if (part.more()) return;
   FrameRecord record(recording_of(*held.session), part.frame(), assembly_->take_parts());
-  held.session->submit(assembly_->finish(reply_to(part.frame(), std::move(record))),
+  if (!room) room = AnswerRoom();
+  held.session->submit(assembly_->finish(reply_to(part.frame(), std::move(record), std::move(room).value())),
                        Session::Admission::kAlways);
   assembly_.reset();
 }
@@ -121,23 +135,26 @@ void StepStream::commit(const v1::Commit& request) {
 // Weak, because a stream ends whenever its client likes, and no frame should keep it.
 class StepStream::Reply final : public FrameObserver {
  public:
-  Reply(std::weak_ptr<StepStream> stream, std::uint64_t frame, FrameRecord record)
-      : stream_(std::move(stream)), frame_(frame), record_(std::move(record)) {}
+  Reply(std::weak_ptr<StepStream> stream, std::uint64_t frame, FrameRecord record, AnswerRoom room)
+      : stream_(std::move(stream)), frame_(frame), record_(std::move(record)), room_(std::move(room)) {}
 
   void begins() override { record_.begins(); }
   void answered(const FrameOutcome& outcome) noexcept override {
     record_.answered(outcome);
-    if (const std::shared_ptr<StepStream> stream = stream_.lock()) stream->answered(frame_, outcome);
+    if (const std::shared_ptr<StepStream> stream = stream_.lock())
+      stream->answered(frame_, outcome, std::move(room_));
   }
 
  private:
   const std::weak_ptr<StepStream> stream_;
   const std::uint64_t frame_;
   FrameRecord record_;
+  AnswerRoom room_;
 };
 
-std::unique_ptr<FrameObserver> StepStream::reply_to(std::uint64_t frame, FrameRecord record) {
-  return std::make_unique<Reply>(weak_from_this(), frame, std::move(record));
+std::unique_ptr<FrameObserver> StepStream::reply_to(std::uint64_t frame, FrameRecord record,
+                                                    AnswerRoom room) {
+  return std::make_unique<Reply>(weak_from_this(), frame, std::move(record), std::move(room));
 }
 
 }  // namespace warmfront::server
