@@ -115,6 +115,7 @@ struct Daemon::Impl {
   std::unique_ptr<grpc::Service> admin_service;
   HealthService health{kServiceName};
   std::unique_ptr<grpc::Server> server;
+  std::unique_ptr<MemoryDesk> memory_desk;  // its threads carry out what streams ask for
   std::unique_ptr<Http> http;
 
   // In the order of start().
@@ -144,6 +145,21 @@ struct Daemon::Impl {
     if (!tracer) return tracer.error();
     context.tracer = std::move(tracer).value();
     return {};
+  }
+
+  /// Without it clients go on over their sockets.
+  void share_memory(const Config& config) {
+    std::vector<std::string> paths;
+    for (const std::string& address : config.listen)
+      if (std::optional<std::string> path = unix_path(address)) paths.push_back(*std::move(path));
+    if (!config.shared_memory || paths.empty()) return;
+    Result<std::unique_ptr<MemoryDesk>> desk = MemoryDesk::start(paths, Context::polling_threads());
+    if (!desk) {
+      context.log.write(LogLevel::kWarning, "no_shared_memory", {{"reason", desk.error().message}});
+      return;
+    }
+    memory_desk = std::move(desk).value();
+    context.memory_desk = memory_desk.get();
   }
 
   Status serve(const Config& config) {
@@ -269,6 +285,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
   if (Status recording = impl->record(config); !recording) return recording.error();
   if (Status auditing = impl->audit(config); !auditing) return auditing.error();
   if (Status tracing = impl->trace(config); !tracing) return tracing.error();
+  impl->share_memory(config);
   if (Status serving = impl->serve(config); !serving) return serving.error();
   impl->begin_periodic_work();
   if (Status served = impl->serve_metrics(config); !served) return served.error();

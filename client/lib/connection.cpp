@@ -7,6 +7,7 @@
 
 #include "client/lib/socket_buffer.h"
 #include "proto/wire/scene_change_pieces.h"
+#include "proto/wire/shared_columns.h"
 
 namespace warmfront::client {
 namespace {
@@ -68,9 +69,11 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
 const char* words_for(v1::Feature feature) {
   switch (feature) {
     case v1::FEATURE_EDGES:
-      return "edges: the daemon is older than they are, and would miss contacts; update it, or leave them out";
+      return "edges: the daemon is older than they are, and would miss contacts; update it, or leave them "
+             "out";
     case v1::FEATURE_WORLDS:
-      return "worlds: the daemon is older than they are, and would count contacts between them; update it, or "
+      return "worlds: the daemon is older than they are, and would count contacts between them; update it, "
+             "or "
              "give each world a session of its own";
     case v1::FEATURE_SCREW:
       return "screw: the daemon is older than it is, and would move the body along lines; update it, or give "
@@ -78,10 +81,12 @@ const char* words_for(v1::Feature feature) {
     case v1::FEATURE_HALF_SPACES:
       return "half_space: the daemon is older than half-spaces; update it, or give a mesh instead";
     case v1::FEATURE_REPLACE:
-      return "the daemon is older than replacing elements and bodies, and thickness of vertices that are added; "
+      return "the daemon is older than replacing elements and bodies, and thickness of vertices that are "
+             "added; "
              "update it, or create the session again with the other scene";
     case v1::FEATURE_OPTION_CHANGES:
-      return "the daemon is older than changes of options and excluded pairs; update it, or create the session "
+      return "the daemon is older than changes of options and excluded pairs; update it, or create the "
+             "session "
              "again with the others";
     case v1::FEATURE_THICKNESS:
       return "thickness: the daemon is older than it is, and would miss contacts; update it, or leave it out";
@@ -160,6 +165,12 @@ Connection::Connection(const std::string& address, const ClientOptions& options,
         return grpc::CreateCustomChannel(address, credentials.channel,
                                          channel_arguments(credentials.server_name));
       }) {}
+
+std::optional<std::string> Connection::memory_socket() const {
+  constexpr std::string_view kUnix = "unix:";
+  if (!options_.shared_memory || !address_.starts_with(kUnix)) return std::nullopt;
+  return address_.substr(kUnix.size()) + wire::kSharedMemorySuffix;
+}
 
 void Connection::prepare(grpc::ClientContext& context, const std::string& session_id) const {
   if (!authorization_.empty()) context.AddMetadata("authorization", authorization_);

@@ -29,6 +29,8 @@ class Connection {
   Connection(const std::string& address, const ClientOptions& options, const Credentials& credentials);
 
   const ClientOptions& options() const { return options_; }
+  /// Of shared memory, where the daemon may be asked for it.
+  std::optional<std::string> memory_socket() const;
   /// Reserves a long-lived call on a connection with room.
   ChannelPool::Lease channel() { return channels_.take(); }
   /// Adds the credentials, and the session id if any, to a call's context. Every call must use it.

@@ -29,19 +29,17 @@ std::string written(Write write) {
   return bytes;
 }
 
-grpc::Slice shared_slice(const std::shared_ptr<const std::string>& string, std::size_t at,
-                         std::size_t count) {
-  using Owner = std::shared_ptr<const std::string>;
+grpc::Slice shared_slice(const FrameBytes& bytes, std::size_t at, std::size_t count) {
+  using Owner = FrameBytes;
   // gRPC takes the bytes as they are and does not write to them.
-  return {const_cast<char*>(string->data()) + at, count,
-          [](void* owner) { delete static_cast<Owner*>(owner); }, new Owner(string)};
+  return {const_cast<char*>(bytes.data()) + at, count, [](void* owner) { delete static_cast<Owner*>(owner); },
+          new Owner(bytes)};
 }
 
 }  // namespace
 
-grpc::ByteBuffer positions_message(std::uint64_t frame, bool more,
-                                   const std::shared_ptr<const std::string>& positions, std::size_t at,
-                                   std::size_t count, const v1::Question* question) {
+grpc::ByteBuffer positions_message(std::uint64_t frame, bool more, const FrameBytes& positions,
+                                   std::size_t at, std::size_t count, const v1::Question* question) {
   v1::StepFrame rest;
   if (question != nullptr) *rest.mutable_question() = *question;
   rest.set_frame(frame);

@@ -19,7 +19,7 @@ class FrameWriter::Messages {
  public:
   Messages(const FrameWriter& writer, SentFrame& frame) : writer_(writer), frame_(frame) {}
 
-  const SentFrame& frame() const { return frame_; }
+  SentFrame& frame() { return frame_; }
   bool write(const grpc::ByteBuffer& message) {
     frame_.sent_bytes += message.Length();
     frame_.encode_ms += encoding_.milliseconds();
@@ -46,7 +46,9 @@ std::optional<v1::Question> question_of(const SentFrame& frame) {
 
 bool FrameWriter::write(SentFrame& frame) {
   Messages messages(*this, frame);
+  frame.answer_room.reset();
   if (frame.commit) return write_commit(messages);
+  if (const auto offset = frame.positions.offset_in(stream_.region())) return write_shared(messages, *offset);
   return frame.moved ? write_moved(messages) : write_positions(messages);
 }
 
@@ -57,10 +59,31 @@ bool FrameWriter::write_commit(Messages& to) {
   return to.write(serialize(request));
 }
 
+void FrameWriter::give_room(SentFrame& frame, v1::StepFrame& step) {
+  if (SharedRegion* region = stream_.region()) frame.answer_room = region->take(answer_bytes_);
+  if (!frame.answer_room) return;
+  step.mutable_answer_room()->set_offset(frame.answer_room->offset);
+  step.mutable_answer_room()->set_length(frame.answer_room->size);
+}
+
+bool FrameWriter::write_shared(Messages& to, std::uint64_t offset) {
+  SentFrame& frame = to.frame();
+  v1::StreamStepsRequest request;
+  v1::StepFrame& step = *request.mutable_step();
+  step.set_frame(frame.number);
+  if (std::optional<v1::Question> question = question_of(frame))
+    *step.mutable_question() = *std::move(question);
+  step.mutable_shared_positions()->set_offset(offset);
+  step.mutable_shared_positions()->set_length(frame.positions.size());
+  give_room(frame, step);
+  frame.sent_bytes += frame.positions.size();
+  return to.write(serialize(request));
+}
+
 bool FrameWriter::write_positions(Messages& to) {
   const SentFrame& frame = to.frame();
   const std::optional<v1::Question> question = question_of(frame);
-  const std::size_t size = frame.positions->size();
+  const std::size_t size = frame.positions.size();
   std::size_t at = 0;
   do {
     const std::size_t count = std::min(chunk_bytes_, size - at);
@@ -74,7 +97,7 @@ bool FrameWriter::write_positions(Messages& to) {
 
 // In one message, or field by field, chunk by chunk; an empty last part ends the frame then.
 bool FrameWriter::write_moved(Messages& to) {
-  const SentFrame& frame = to.frame();
+  SentFrame& frame = to.frame();
   v1::StreamStepsRequest request;
   v1::StepFrame& step = *request.mutable_step();
   step.set_frame(frame.number);
@@ -89,6 +112,7 @@ bool FrameWriter::write_moved(Messages& to) {
   const v1::MovedParts& moved = *frame.moved;
   if (moved.ByteSizeLong() <= chunk_bytes_) {
     *step.mutable_moved() = moved;
+    give_room(frame, step);
     return write_step(false);
   }
   using Parts = v1::MovedParts;

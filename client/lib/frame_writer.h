@@ -14,9 +14,11 @@ namespace warmfront::client {
 class FrameWriter {
  public:
   /// `chunk_bytes`: most bytes of positions in one message. `timeout`: of each message, as
-  /// StepStream::write() has it. The stream outlives the writer.
-  FrameWriter(StepStream& stream, std::size_t chunk_bytes, std::chrono::milliseconds timeout)
-      : stream_(stream), chunk_bytes_(chunk_bytes), timeout_(timeout) {}
+  /// StepStream::write() has it. `answer_bytes`: of the room that each answer gets in memory that the daemon
+  /// shares, where it does. The stream outlives the writer.
+  FrameWriter(StepStream& stream, std::size_t chunk_bytes, std::chrono::milliseconds timeout,
+              std::size_t answer_bytes)
+      : stream_(stream), chunk_bytes_(chunk_bytes), timeout_(timeout), answer_bytes_(answer_bytes) {}
 
   /// Writes all messages of the frame, and adds what they cost to it. False when the stream took one of them
   /// no more.
@@ -25,6 +27,8 @@ class FrameWriter {
  private:
   class Messages;
 
+  void give_room(SentFrame& frame, v1::StepFrame& step);
+  bool write_shared(Messages& to, std::uint64_t offset);
   bool write_commit(Messages& to);
   bool write_positions(Messages& to);
   bool write_moved(Messages& to);
@@ -32,6 +36,7 @@ class FrameWriter {
   StepStream& stream_;
   const std::size_t chunk_bytes_;
   const std::chrono::milliseconds timeout_;
+  const std::size_t answer_bytes_;
 };
 
 }  // namespace warmfront::client

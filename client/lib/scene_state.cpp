@@ -46,7 +46,7 @@ T value_at(const std::string& bytes, std::size_t index) {
 SceneState::SceneState(SceneDescription scene, const Positions& positions)
     : scene_(std::move(scene)),
       float32_(is_float32(positions)),
-      positions_(std::make_shared<const std::string>(bytes_of(positions))),
+      positions_(FrameBytes::copy_of(bytes_of(positions), nullptr)),
       poses_(scene_.bodies.size()) {
   scene_.filters.rest_at(positions);
   const auto is_zero = [](double thickness) { return thickness == 0; };
@@ -92,7 +92,7 @@ Status SceneState::check_index(std::uint32_t index) const {
                           std::to_string(scene_.bodies.size()) + ")");
 }
 
-Result<SentFrame> SceneState::encode(const Frame& frame) const {
+Result<SentFrame> SceneState::encode(const Frame& frame, SharedRegion* region) const {
   SentFrame sent;
   if (frame.positions) {
     if (!frame.bodies.empty() || !frame.poses.empty() || !frame.vertices.empty())
@@ -100,7 +100,7 @@ Result<SentFrame> SceneState::encode(const Frame& frame) const {
           "positions: the frame gives all vertices and also parts; give only one of them");
     if (Status status = check_kind(*frame.positions, scene_.vertex_count, "positions"); !status)
       return status.error();
-    sent.positions = std::make_shared<const std::string>(bytes_of(*frame.positions));
+    sent.positions = FrameBytes::copy_of(bytes_of(*frame.positions), region);
     return sent;
   }
   v1::MovedParts& moved = sent.moved.emplace();
@@ -142,8 +142,8 @@ Result<SentFrame> SceneState::encode(const Frame& frame) const {
 
 std::string& SceneState::own_positions() {
   if (!own_) {
-    own_ = std::make_shared<std::string>(*positions_);
-    positions_ = own_;
+    own_.emplace(positions_.view());
+    positions_ = {};
   }
   return *own_;
 }
@@ -185,7 +185,7 @@ void SceneState::take(const SentFrame& frame, double fraction) {
     return;
   }
   if (!frame.moved) {
-    const char* rows = frame.positions->data();
+    const char* rows = frame.positions.data();
     if (scene_.bodies.empty()) move_rows(0, rows, scene_.vertex_count, std::nullopt, fraction);
     for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
       const Body& body = scene_.bodies[b];

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,13 +33,13 @@ class SceneState {
   bool float32() const { return float32_; }
   /// The upload's positions: (n, 3) in the session's dtype; for rigid bodies with a pose, their reference
   /// shapes.
-  const std::string& positions() const { return *positions_; }
+  std::string_view positions() const { return own_ ? std::string_view(*own_) : positions_.view(); }
   /// Writes the scene's description, except faces, edges, positions and arrays of filters, into the header.
   void describe(v1::SessionHeader& header) const;
 
   /// A frame's bytes. kInvalidArgument for positions of another type or number than the session's, and for
-  /// unknown bodies.
-  Result<SentFrame> encode(const Frame& frame) const;
+  /// unknown bodies. All positions are put into the region, if there is one and it has room.
+  Result<SentFrame> encode(const Frame& frame, SharedRegion* region = nullptr) const;
   /// The frame was answered: everything is where it says, or up to `fraction` of the way there, as
   /// Collider::commit() puts it.
   void take(const SentFrame& frame, double fraction = 1);
@@ -87,9 +88,9 @@ class SceneState {
 
   SceneDescription scene_;
   bool float32_;
-  std::shared_ptr<const std::string> positions_;  // of the upload or of the last frame with all, ...
-  std::shared_ptr<std::string> own_;              // ... or the same string, if it is not shared
-  std::vector<std::optional<Pose>> poses_;        // by body: rigid bodies that last moved by poses
+  FrameBytes positions_;                    // of the upload or of the last frame with all, ...
+  std::optional<std::string> own_;          // ... unless they were changed since
+  std::vector<std::optional<Pose>> poses_;  // by body: rigid bodies that last moved by poses
 };
 
 }  // namespace warmfront::client

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 
+#include "client/lib/frame_bytes.h"
 #include "engine/question.h"
 #include "warmfront/v1/step.pb.h"
 
@@ -21,9 +21,10 @@ struct SentFrame {
   std::optional<double> commit = std::nullopt;  ///< of the trial before, up to this fraction: no positions
   /// A trial that was answered, sent again for the commit after it: nobody waits for its answer.
   bool answered = false;
-  std::shared_ptr<const std::string> positions;    ///< all of them, which messages under way refer to, ...
+  FrameBytes positions;                            ///< all of them, which messages under way refer to, ...
   std::optional<v1::MovedParts> moved;             ///< ... or what moved
   std::shared_ptr<PendingAnswer> asked = nullptr;  ///< who gets the answer
+  std::optional<SharedRegion::Block> answer_room = std::nullopt;  ///< where its answer may be put
   // Cost so far.
   double encode_ms = 0;
   std::uint64_t sent_bytes = 0;

@@ -2,6 +2,7 @@
 // What the daemon answers: an answer's parts, refusals, and what they settle. Thread safety as stated in
 // session_impl.h.
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "client/lib/frame_cost.h"
@@ -25,6 +26,23 @@ std::optional<Error> ignored_by_older(const Question& question, const Answer& an
         "keep_distance: the daemon is older than it, and answers as if nothing but contact were to be "
         "kept from; update it, or ask without"};
   return std::nullopt;
+}
+
+/// What an answer lists, in bytes.
+std::size_t listed_bytes(const Answer& answer) {
+  const ContactTable& rows = answer.contacts;
+  const auto size = [](const auto& column) { return column.size() * sizeof(column[0]); };
+  return size(rows.kind) + size(rows.status) + size(rows.vertices) + size(rows.edge_faces) + size(rows.toi) +
+         size(rows.weights) + size(rows.normal) + size(rows.points) + size(rows.direction) +
+         size(rows.squared_distance) + size(rows.closest) + size(rows.multiplicity) + size(rows.stencil) +
+         size(answer.vertex_distances) + size(answer.worlds) + size(answer.world_tois);
+}
+
+/// Room for such an answer, and for one that is somewhat longer.
+std::size_t room_for(const Answer& answer) {
+  constexpr std::size_t kBetweenColumns = 1024;
+  const std::size_t bytes = listed_bytes(answer);
+  return std::bit_ceil(bytes + bytes / 2 + kBetweenColumns);
 }
 
 }  // namespace
@@ -65,13 +83,17 @@ void Session::Impl::take_answer(const v1::StepAnswer& part) {
   if (part.frame() != frame.number)
     return end_with({ErrorCode::kInternal, "the daemon answered " + frame_name(part.frame()) + " where " +
                                                frame_name(frame.number) + " is due"});
-  if (const Status appended = append_part(part, partial_); !appended) return end_with(appended.error());
+  if (const Status appended = append_part(part, partial_, frame.answer_room); !appended)
+    return end_with(appended.error());
   partial_.travel.received_bytes += part.ByteSizeLong();
+  if (part.last() && part.has_shared()) partial_.travel.received_bytes += listed_bytes(partial_);
   if (part.last()) {
     if (const Status finished = finish_answer(part, partial_); !finished) return end_with(finished.error());
   }
   partial_.travel.decode_ms += decoding.milliseconds();
   if (!part.last()) return;
+  if (!part.has_shared()) wanted_room_ = std::max(wanted_room_, room_for(partial_));
+  frame.answer_room.reset();
   const v1::StepSummary& summary = part.summary();
   if (known_ && !same_state(summary.state_before(), *known_)) {
     lost_ = RemoteError{

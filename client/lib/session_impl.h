@@ -52,6 +52,8 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   std::uint64_t resumes() const { return resumes_; }
 
  private:
+  static constexpr std::size_t kLeastRoom = std::size_t{1} << 16;
+
   class Asked;
   /// Thrown by look(): the oldest question is to be given up, ...
   struct GivenUp {
@@ -83,6 +85,8 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   Result<std::uint64_t> send(SentFrame frame);
   /// The number of the next frame.
   std::uint64_t next_number() const;
+  /// Where answers turned out longer than their room, more memory is asked for between two frames.
+  void enlarge_rooms();
   /// Sends frames as far as the window allows. If writing fails, answers may still arrive: the stream is read
   /// to its end first.
   void send_frames();
@@ -118,6 +122,10 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   std::optional<RemoteError> create();
   /// Stores the daemon's statement in `attached_`.
   std::optional<RemoteError> attach(StepStream::Deadline deadline);
+  /// Has messages go by packets, and memory shared, where the daemon offers it.
+  void share_memory();
+  /// Of the session's positions, and of answers with so much room each.
+  std::size_t memory_for(std::size_t room) const;
   /// Is the attached copy in the state `known_`, or ahead of it by unanswered requests?
   bool attached_is_own() const;
   /// The daemon's copy was created by this call, and the daemon does not report its state.
@@ -160,9 +168,11 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   std::optional<RemoteError> lost_;  ///< why the stream must not be read further
   v1::Attached attached_;
   std::uint32_t window_ = 1;
-  std::size_t chunk_bytes_ = 0;  ///< of positions in one message
-  std::size_t sent_ = 0;         ///< of the unanswered frames, on this stream
-  bool writable_ = false;        ///< the stream accepts frames: neither broken nor draining
+  std::size_t chunk_bytes_ = 0;           ///< of positions in one message
+  std::size_t wanted_room_ = kLeastRoom;  ///< for an answer, in memory that the daemon shares
+  std::size_t room_ = kLeastRoom;         ///< that there is for each
+  std::size_t sent_ = 0;                  ///< of the unanswered frames, on this stream
+  bool writable_ = false;                 ///< the stream accepts frames: neither broken nor draining
   bool draining_ = false;
   bool recreate_ = false;  ///< the daemon's copy is not this session
 

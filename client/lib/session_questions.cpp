@@ -98,7 +98,8 @@ Result<std::uint64_t> Session::Impl::submit_commit(double fraction) {
 Result<std::uint64_t> Session::Impl::encode_and_send(const Frame& frame, const Question& question,
                                                      std::shared_ptr<PendingAnswer> asked) {
   const Stopwatch encoding;
-  Result<SentFrame> sent = state_.encode(frame);
+  enlarge_rooms();
+  Result<SentFrame> sent = state_.encode(frame, stream_ ? stream_->region() : nullptr);
   if (!sent) {
     may_commit_ = false;  // as after any motion that fails
     return Error{sent.error().code, frame_name(next_number()) + ": " + sent.error().message};
@@ -142,9 +143,15 @@ Result<std::uint64_t> Session::Impl::send(SentFrame frame) {
   return number;
 }
 
+void Session::Impl::enlarge_rooms() {
+  if (wanted_room_ <= room_ || !unanswered_.empty() || !stream_ || stream_->region() == nullptr) return;
+  room_ = wanted_room_;
+  stream_->ask_for_memory(memory_for(room_));
+}
+
 void Session::Impl::send_frames() {
   if (!stream_) return;
-  FrameWriter writer(*stream_, chunk_bytes_, connection_->options().answer_timeout);
+  FrameWriter writer(*stream_, chunk_bytes_, connection_->options().answer_timeout, room_);
   while (writable_ && sent_ < unanswered_.size() && sent_ < window_) {
     if (!writer.write(unanswered_[sent_])) {
       writable_ = false;

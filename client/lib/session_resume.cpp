@@ -126,6 +126,7 @@ std::optional<RemoteError> Session::Impl::try_establish(WallClock::time_point de
     lost_.reset();
     writable_ = true;
     draining_ = false;
+    share_memory();
     put_trial_before();
   };
   if (!recreate_) {
@@ -157,6 +158,22 @@ std::optional<RemoteError> Session::Impl::try_establish(WallClock::time_point de
                                                "used by another client, or calls reach different daemons"});
   begin_stream();
   return std::nullopt;
+}
+
+void Session::Impl::share_memory() {
+  const std::optional<std::string> path = connection_->memory_socket();
+  if (!path || !attached_.has_shared_memory()) return;
+  room_ = wanted_room_;
+  stream_->share(*path, id(), attached_.shared_memory().token(), memory_for(room_));
+}
+
+std::size_t Session::Impl::memory_for(std::size_t room) const {
+  // Of the last frame's positions, the last trial's, and those under way; and their answers.
+  constexpr std::size_t kMostFrames = 4, kLeastFrames = 2, kMostPositions = std::size_t{256} << 20;
+  constexpr std::size_t kAnswers = 2;
+  const std::size_t positions = SharedRegion::room_of(std::max<std::size_t>(state_.positions().size(), 1));
+  const std::size_t frames = std::clamp(kMostPositions / positions, kLeastFrames, kMostFrames);
+  return frames * positions + kAnswers * SharedRegion::room_of(room);
 }
 
 bool Session::Impl::attached_as_created() const {

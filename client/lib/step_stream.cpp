@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "proto/byte_buffer.h"
+#include "proto/wire/shared_columns.h"
 
 namespace warmfront::client {
 
@@ -60,7 +61,41 @@ StepStream::Event StepStream::write(const v1::StreamStepsRequest& request,
   return write(serialize(request), timeout);
 }
 
+void StepStream::share(const std::string& path, const std::string& session_id, const std::string& token,
+                       std::uint64_t bytes) {
+  packets_ = PacketChannel::open(path, session_id, token, bytes);
+}
+
 StepStream::Event StepStream::write(const grpc::ByteBuffer& message, std::chrono::milliseconds timeout) {
+  if (!packets_) return write_to_stream(message, timeout);
+  const bool fits = message.Length() <= wire::kMostPacketBytes;
+  std::vector<grpc::Slice> slices;
+  std::string notice;
+  std::vector<std::string_view> pieces;
+  if (!fits) {
+    v1::StreamStepsRequest request;
+    request.mutable_on_stream();
+    notice = request.SerializeAsString();
+    pieces.emplace_back(notice);
+  } else if (message.Dump(&slices).ok()) {
+    for (const grpc::Slice& slice : slices)
+      pieces.emplace_back(reinterpret_cast<const char*>(slice.begin()), slice.size());
+  }
+  switch (packets_->send(pieces, deadline_after(timeout))) {
+    case PacketChannel::Event::kTimeout:
+      whole_ = false;
+      return Event::kTimeout;
+    case PacketChannel::Event::kEnded:
+      // What the daemon sent before is still to be read, and then why it ended.
+      return Event::kEnded;
+    case PacketChannel::Event::kDone:
+      break;
+  }
+  return fits ? Event::kDone : write_to_stream(message, timeout);
+}
+
+StepStream::Event StepStream::write_to_stream(const grpc::ByteBuffer& message,
+                                              std::chrono::milliseconds timeout) {
   whole_ = false;
   call_->Write(message, tag(kWrite));
   while (completed_[kWrite] == State::kNone) {
@@ -88,6 +123,24 @@ void StepStream::keep_read() {
 }
 
 StepStream::Event StepStream::read(v1::StreamStepsResponse& response, Deadline deadline) {
+  while (packets_ && !on_stream_) {
+    switch (packets_->receive(response, deadline, look_)) {
+      case PacketChannel::Event::kTimeout:
+        return Event::kTimeout;
+      case PacketChannel::Event::kEnded:
+        packets_.reset();  // the rest comes by the stream, and its end
+        break;
+      case PacketChannel::Event::kDone:
+        if (!response.has_on_stream()) return Event::kDone;
+        on_stream_ = true;
+    }
+  }
+  const Event event = read_from_stream(response, deadline);
+  if (event == Event::kDone) on_stream_ = false;
+  return event;
+}
+
+StepStream::Event StepStream::read_from_stream(v1::StreamStepsResponse& response, Deadline deadline) {
   while (received_.empty()) {
     if (read_ended_) return Event::kEnded;
     begin_read();

@@ -12,6 +12,7 @@
 
 #include "client/lib/connection.h"
 #include "client/lib/look.h"
+#include "client/lib/packet_channel.h"
 #include "warmfront/v1/collision_service.grpc.pb.h"
 
 namespace warmfront::client {
@@ -41,6 +42,15 @@ class StepStream {
   /// Writes a serialized message.
   Event write(const grpc::ByteBuffer& message, std::chrono::milliseconds timeout);
   Event read(v1::StreamStepsResponse& response, Deadline deadline);
+  /// Messages go by packets from now on, where the daemon binds the stream; after the attach was answered.
+  void share(const std::string& path, const std::string& session_id, const std::string& token,
+             std::uint64_t bytes);
+  /// Memory that frames may be in; null where none is shared.
+  SharedRegion* region() const { return packets_ ? packets_->region().get() : nullptr; }
+  /// As PacketChannel has it.
+  void ask_for_memory(std::uint64_t bytes) {
+    if (packets_) packets_->ask_for(bytes);
+  }
   /// Is nothing half done but a read, which the next read() goes on with?
   bool whole() const { return whole_; }
   /// After kEnded: how the call ended. UNAVAILABLE if the status does not arrive in time.
@@ -56,6 +66,8 @@ class StepStream {
   Event await(Operation operation, Deadline deadline);
   /// Waits for any operation; false on timeout.
   bool await_any(Deadline deadline);
+  Event write_to_stream(const grpc::ByteBuffer& message, std::chrono::milliseconds timeout);
+  Event read_from_stream(v1::StreamStepsResponse& response, Deadline deadline);
   void begin_read();
   /// Moves the completed read into received_.
   void keep_read();
@@ -70,6 +82,8 @@ class StepStream {
   bool reading_ = false;                   // a read is in progress, or its completion not yet handled
   bool read_ended_ = false;
   bool whole_ = false;
+  std::unique_ptr<PacketChannel> packets_;        // null: all goes by the stream
+  bool on_stream_ = false;                        // the next message does
   std::deque<v1::StreamStepsResponse> received_;  // during writes; at most a window of answers
   // Used by pending operations: must outlive the queue's drain.
   v1::StreamStepsResponse incoming_;

@@ -2,11 +2,14 @@
 // Messages to values and back. Thread-safe.
 #include "client/lib/wire.h"
 
+#include <array>
 #include <bit>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 #include "proto/wire/codes.h"
+#include "proto/wire/shared_columns.h"
 
 namespace warmfront::client {
 namespace {
@@ -19,7 +22,7 @@ Error malformed(std::string what) {
 }
 
 template <class T>
-void append(const std::string& bytes, std::vector<T>& column) {
+void append(std::string_view bytes, std::vector<T>& column) {
   const std::size_t rows = column.size();
   column.resize(rows + bytes.size() / sizeof(T));
   if (!bytes.empty()) std::memcpy(column.data() + rows, bytes.data(), bytes.size());
@@ -64,56 +67,143 @@ SessionInfo session_info_from(const v1::SessionInfo& message) {
   return info;
 }
 
-Status append_columns(const v1::ContactColumns& message, ContactTable& contacts) {
-  const std::size_t rows = message.kind().size();
-  const bool edge_faces = rows > 0 && message.kind()[0] == 2;
+namespace {
+
+/// The columns of contacts, wherever they are.
+struct ColumnBytes {
+  explicit ColumnBytes(const v1::ContactColumns& message)
+      : kind(message.kind()),
+        status(message.status()),
+        v(message.v()),
+        toi(message.toi()),
+        weights(message.weights()),
+        normal(message.normal()),
+        points(message.points()),
+        squared_distance(message.squared_distance()),
+        closest(message.closest()),
+        direction(message.direction()),
+        multiplicity(message.multiplicity()),
+        stencil(message.stencil()) {}
+  ColumnBytes() = default;
+
+  std::string_view kind, status, v, toi, weights, normal, points, squared_distance, closest, direction,
+      multiplicity, stencil;
+};
+
+/// All that an answer lists.
+struct AnswerBytes {
+  ColumnBytes contacts;
+  std::string_view vertex_distances, worlds, world_tois;
+};
+
+/// Appends the rows. kInternal when the columns' lengths differ, or a value is not in its enum.
+Status append_columns(const ColumnBytes& message, ContactTable& contacts) {
+  const std::size_t rows = message.kind.size();
+  const bool edge_faces = rows > 0 && message.kind[0] == 2;
   const std::size_t vertices = edge_faces ? 20 : 16;
-  if (message.status().size() != rows || message.v().size() != vertices * rows ||
-      message.toi().size() != 8 * rows)
+  if (message.status.size() != rows || message.v.size() != vertices * rows || message.toi.size() != 8 * rows)
     return malformed("columns of unequal length");
-  const auto fits = [rows](const std::string& column, std::size_t size) {
+  const auto fits = [rows](std::string_view column, std::size_t size) {
     return column.empty() || column.size() == size * rows;
   };
-  if (!fits(message.weights(), 32) || !fits(message.normal(), 24) || !fits(message.points(), 48) ||
-      !fits(message.direction(), 24) || !fits(message.squared_distance(), 8) || !fits(message.closest(), 1) ||
-      !fits(message.multiplicity(), 4) || !fits(message.stencil(), 1) ||
-      message.multiplicity().empty() != message.stencil().empty())
+  if (!fits(message.weights, 32) || !fits(message.normal, 24) || !fits(message.points, 48) ||
+      !fits(message.direction, 24) || !fits(message.squared_distance, 8) || !fits(message.closest, 1) ||
+      !fits(message.multiplicity, 4) || !fits(message.stencil, 1) ||
+      message.multiplicity.empty() != message.stencil.empty())
     return malformed("columns of unequal length");
-  for (const char stencil : message.stencil())
+  for (const char stencil : message.stencil)
     if (stencil < 0 || stencil > 15 || (stencil != 1 && std::popcount(static_cast<unsigned>(stencil)) < 2))
       return malformed("a stencil of no closest pair");
-  for (const char closest : message.closest())
+  for (const char closest : message.closest)
     if (closest < 0 || closest > 3) return malformed("closest features of unknown kind");
-  for (const char kind : message.kind())
+  for (const char kind : message.kind)
     if ((kind == 2) != edge_faces || kind < 0 || kind > 5) return malformed("a contact of unknown kind");
-  for (const char status : message.status())
+  for (const char status : message.status)
     if (status < 1 || status > 4) return malformed("a contact of unknown status");
-  append(message.kind(), contacts.kind);
-  append(message.status(), contacts.status);
-  edge_faces ? append(message.v(), contacts.edge_faces) : append(message.v(), contacts.vertices);
-  append(message.toi(), contacts.toi);
-  append(message.weights(), contacts.weights);
-  append(message.normal(), contacts.normal);
-  append(message.points(), contacts.points);
-  append(message.direction(), contacts.direction);
-  append(message.squared_distance(), contacts.squared_distance);
-  append(message.closest(), contacts.closest);
-  append(message.multiplicity(), contacts.multiplicity);
-  append(message.stencil(), contacts.stencil);
+  append(message.kind, contacts.kind);
+  append(message.status, contacts.status);
+  edge_faces ? append(message.v, contacts.edge_faces) : append(message.v, contacts.vertices);
+  append(message.toi, contacts.toi);
+  append(message.weights, contacts.weights);
+  append(message.normal, contacts.normal);
+  append(message.points, contacts.points);
+  append(message.direction, contacts.direction);
+  append(message.squared_distance, contacts.squared_distance);
+  append(message.closest, contacts.closest);
+  append(message.multiplicity, contacts.multiplicity);
+  append(message.stencil, contacts.stencil);
   return {};
 }
 
-Status append_part(const v1::StepAnswer& message, Answer& answer) {
-  if (message.vertex_distances().size() % sizeof(double) != 0)
-    return malformed("distances of " + std::to_string(message.vertex_distances().size()) + " bytes");
-  append(message.vertex_distances(), answer.vertex_distances);
-  if (message.worlds().size() % sizeof(std::uint32_t) != 0 ||
-      message.world_tois().size() != 2 * message.worlds().size())
-    return malformed("worlds of " + std::to_string(message.worlds().size()) + " bytes, and their times of " +
-                     std::to_string(message.world_tois().size()));
-  append(message.worlds(), answer.worlds);
-  append(message.world_tois(), answer.world_tois);
-  return append_columns(message.contacts(), answer.contacts);
+Status append_bytes(const AnswerBytes& bytes, Answer& answer) {
+  if (bytes.vertex_distances.size() % sizeof(double) != 0)
+    return malformed("distances of " + std::to_string(bytes.vertex_distances.size()) + " bytes");
+  append(bytes.vertex_distances, answer.vertex_distances);
+  if (bytes.worlds.size() % sizeof(std::uint32_t) != 0 || bytes.world_tois.size() != 2 * bytes.worlds.size())
+    return malformed("worlds of " + std::to_string(bytes.worlds.size()) + " bytes, and their times of " +
+                     std::to_string(bytes.world_tois.size()));
+  append(bytes.worlds, answer.worlds);
+  append(bytes.world_tois, answer.world_tois);
+  return append_columns(bytes.contacts, answer.contacts);
+}
+
+/// Where they are in the room; none where they are beyond it.
+std::optional<AnswerBytes> bytes_in(const SharedRegion::Block& room, const v1::StepAnswer& message) {
+  const v1::StepSummary& summary = message.summary();
+  const std::uint64_t rows = summary.rows();
+  struct Place {
+    wire::SharedColumn which;
+    std::string_view* bytes;
+    std::uint64_t count;
+    std::uint64_t size;
+  };
+  AnswerBytes all;
+  ColumnBytes& contacts = all.contacts;
+  using enum wire::SharedColumn;
+  const std::array<Place, 15> places{{{kKind, &contacts.kind, rows, 1},
+                                      {kStatus, &contacts.status, rows, 1},
+                                      {kVertices, &contacts.v, rows, summary.ef() > 0 ? 20U : 16U},
+                                      {kToi, &contacts.toi, rows, 8},
+                                      {kWeights, &contacts.weights, rows, 32},
+                                      {kNormal, &contacts.normal, rows, 24},
+                                      {kPoints, &contacts.points, rows, 48},
+                                      {kSquaredDistance, &contacts.squared_distance, rows, 8},
+                                      {kClosest, &contacts.closest, rows, 1},
+                                      {kDirection, &contacts.direction, rows, 24},
+                                      {kMultiplicity, &contacts.multiplicity, rows, 4},
+                                      {kStencil, &contacts.stencil, rows, 1},
+                                      {kVertexDistances, &all.vertex_distances, summary.distances(), 8},
+                                      {kWorlds, &all.worlds, summary.worlds(), 4},
+                                      {kWorldTois, &all.world_tois, summary.worlds(), 8}}};
+  const std::uint64_t begin = room.offset;
+  const std::uint64_t end = begin + room.size;
+  std::uint64_t at = message.shared().offset();
+  if (at < begin || at > end) return std::nullopt;
+  for (const Place& place : places) {
+    if ((message.shared().columns() & wire::bit_of(place.which)) == 0) continue;
+    at = wire::column_begins(at);
+    if (at > end || place.count > (end - at) / place.size) return std::nullopt;
+    *place.bytes = {room.data.get() + (at - begin), static_cast<std::size_t>(place.count * place.size)};
+    at += place.count * place.size;
+  }
+  return all;
+}
+
+}  // namespace
+
+Status append_columns(const v1::ContactColumns& message, ContactTable& contacts) {
+  return append_columns(ColumnBytes(message), contacts);
+}
+
+Status append_part(const v1::StepAnswer& message, Answer& answer,
+                   const std::optional<SharedRegion::Block>& room) {
+  if (!message.has_shared())
+    return append_bytes(
+        {ColumnBytes(message.contacts()), message.vertex_distances(), message.worlds(), message.world_tois()},
+        answer);
+  const std::optional<AnswerBytes> bytes = room ? bytes_in(*room, message) : std::nullopt;
+  if (!bytes) return malformed("its columns are not within the room that it was given");
+  return append_bytes(*bytes, answer);
 }
 
 Status finish_answer(const v1::StepAnswer& message, Answer& answer) {

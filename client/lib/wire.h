@@ -9,6 +9,7 @@
 #include <string>
 
 #include "client/lib/answer.h"
+#include "client/lib/shared_region.h"
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "proto/wire/filters.h"
@@ -29,7 +30,9 @@ SessionInfo session_info_from(const v1::SessionInfo& message);
 /// Appends the rows. kInternal when the columns' lengths differ, or a value is not in its enum.
 Status append_columns(const v1::ContactColumns& message, ContactTable& contacts);
 /// Appends what a part of an answer lists. kInternal as append_columns(), and for distances that are none.
-Status append_part(const v1::StepAnswer& message, Answer& answer);
+/// `room`: of the daemon's memory, where the answer may be.
+Status append_part(const v1::StepAnswer& message, Answer& answer,
+                   const std::optional<SharedRegion::Block>& room = std::nullopt);
 /// Everything except what is listed. kInternal when the summary's counts differ from that of the rows or
 /// distances.
 Status finish_answer(const v1::StepAnswer& message, Answer& answer);

@@ -24,6 +24,7 @@
 #include "server/transport/errors.h"
 #include "server/transport/parse_room.h"
 #include "server/transport/recordings.h"
+#include "server/transport/stream_memory.h"
 
 namespace warmfront::server {
 
@@ -75,6 +76,7 @@ struct Context {
   Gate frames;   ///< accepted and not yet computed
   Tenants tenants;
   Store store;
+  MemoryDesk* memory_desk = nullptr;       ///< null where no memory is shared; set before the first call
   std::shared_ptr<Recordings> recordings;  ///< null where nothing is recorded; set before the first call
   std::unique_ptr<Audit> audit;            ///< set before the first call
   std::unique_ptr<Tracer> tracer;          ///< null where nothing is traced; set before the first call

@@ -237,6 +237,7 @@ class CollisionService final : public Base {
           reply.add_features(v1::FEATURE_SCREW);
           reply.add_features(v1::FEATURE_OPTION_CHANGES);
           reply.add_features(v1::FEATURE_STREAMED_CHANGES);
+          if (context_.memory_desk != nullptr) reply.add_features(v1::FEATURE_SHARED_MEMORY);
           *reply.mutable_limits() = to_proto(context_.limits, tenant->quota());
           reply.set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
           reply.set_sessions(static_cast<std::uint32_t>(context_.store.size()));

@@ -69,8 +69,14 @@ void StepStream::OnReadDone(bool ok) {
   handling([&] {
     {
       const MutexLock lock(mutex_);
-      happened_locked(StreamEvent::Kind::kReadDone);
       last_moved_ = Clock::now();
+      read_ = Read::kNone;
+      if (state_.read != StreamRead::kReading || (ok && connection_ && !on_stream_)) {
+        read_ = ok ? Read::kMessageWaits : Read::kEndWaits;
+        return;
+      }
+      on_stream_ = false;
+      happened_locked(StreamEvent::Kind::kReadDone);
     }
     if (!ok || !is_heavy<v1::StreamStepsRequest>(incoming_, Strings::kLeftInPlace)) return handle_read(ok);
     // Nothing is read, and the call is not finished, until it has been handled.
@@ -80,14 +86,19 @@ void StepStream::OnReadDone(bool ok) {
 }
 
 void StepStream::handle_read(bool ok) {
-  if (!ok) {
-    half_closed();
-  } else if (const Outcome<StreamRequest> request = read_request(incoming_, context_.parsing); request) {
-    handle(request.value());
-  } else {
+  if (ok) return handle_message(incoming_, Way::kStream);
+  half_closed();
+  const MutexLock lock(mutex_);
+  happened_locked(StreamEvent::Kind::kHandled);
+  advance_locked();
+}
+
+void StepStream::handle_message(grpc::ByteBuffer& message, Way way) {
+  if (Outcome<StreamRequest> request = read_request(message, context_.parsing); request)
+    handle(request.value(), way);
+  else
     end(request.fault());
-  }
-  incoming_.Clear();
+  message.Clear();
   const MutexLock lock(mutex_);
   happened_locked(StreamEvent::Kind::kHandled);
   advance_locked();
@@ -105,6 +116,9 @@ void StepStream::attached(const Outcome<Standing>& standing) {
       *attached.mutable_limits() = to_proto(context_.limits, tenant_->quota());
       *attached.mutable_state() = to_proto(now);
       if (before) *attached.mutable_state_before() = to_proto(*before);
+      if (context_.memory_desk != nullptr && rpc_.peer().starts_with("unix:"))
+        token_ = context_.memory_desk->offer(weak_from_this());
+      if (!token_.empty()) attached.mutable_shared_memory()->set_token(token_);
       queue_locked({serialize(response), false});
     } else {
       end_locked(context_.refuse(standing.fault(), tenant_.get()));
@@ -113,14 +127,15 @@ void StepStream::attached(const Outcome<Standing>& standing) {
   });
 }
 
-void StepStream::answered(std::uint64_t frame, const FrameOutcome& outcome,
+void StepStream::answered(std::uint64_t frame, const FrameOutcome& outcome, AnswerRoom room,
                           std::unique_ptr<FrameTrace> trace) {
   guarded([&] {
     const MutexLock lock(mutex_);
     if (!outcome) context_.count_refused(outcome.fault(), tenant_.get());
     if (outcome)
       queue_locked(
-          {AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes), true, std::move(trace)});
+          {AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes, std::move(room)), true,
+           std::move(trace)});
     else
       queue_locked({encode_error(frame, outcome.fault()), true, std::move(trace)});
     if (!outcome && outcome.fault().session_lost()) end_locked(to_grpc(outcome.fault()));
@@ -213,6 +228,10 @@ void StepStream::break_locked(StreamEvent::Kind kind) {
   happened_locked(kind);
   given_up_->store(true, std::memory_order_relaxed);
   writes_.clear();
+  if (!std::exchange(waits_for_room_, false)) return;
+  current_.Clear();
+  current_bytes_.set(0);
+  happened_locked(StreamEvent::Kind::kWriteLost);
 }
 
 void StepStream::log_end_locked(const grpc::Status& status) {
@@ -242,6 +261,7 @@ void StepStream::write_locked() {
   Outgoing& next = writes_.front();
   if (auto* answer = std::get_if<AnswerChunks>(&next.what)) {
     try {
+      if (!connection_) answer->forget_room();
       current_ = answer->next();
     } catch (const std::bad_alloc&) {
       end_locked(context_.refuse(
@@ -267,7 +287,7 @@ void StepStream::write_locked() {
   }
   current_bytes_.set(current_.Length());
   write_began_ = Clock::now();
-  StartWrite(&current_);
+  send_locked();
 }
 
 void StepStream::finish_locked() {
@@ -275,6 +295,8 @@ void StepStream::finish_locked() {
   given_up_->store(true, std::memory_order_relaxed);
   // First, so that a client that has seen its stream end finds the session free for the next one.
   release_locked();
+  if (!token_.empty()) context_.memory_desk->withdraw(std::exchange(token_, {}));
+  unbind_locked();
   grpc::Status status = end_ ? *std::move(end_) : grpc::Status::CANCELLED;
   try {  // not if_memory_allows(): clang does not see the lock in what is handed on
     log_end_locked(status);
@@ -298,7 +320,7 @@ void StepStream::advance_locked() {
         break;
       case StreamAction::kRead:
         happened_locked(StreamEvent::Kind::kReadStarted);
-        StartRead(&incoming_);
+        begin_read_locked();
         break;
       case StreamAction::kFinish:
         return finish_locked();
@@ -310,17 +332,14 @@ void StepStream::OnWriteDone(bool ok) {
   yield_to_steps(context_.runner.backlog());
   guarded([&] {
     const MutexLock lock(mutex_);
-    last_moved_ = Clock::now();
-    current_.Clear();
-    current_bytes_.set(0);
-    if (ending_trace_) {
-      ending_trace_->sent = last_moved_;
-      context_.tracer->finish(std::move(ending_trace_));
-    }
-    if (ok)
-      happened_locked(StreamEvent::Kind::kWriteDone);
-    else
+    if (ok) {
+      written_locked();
+    } else {
+      last_moved_ = Clock::now();
+      current_.Clear();
+      current_bytes_.set(0);
       break_locked(StreamEvent::Kind::kWriteLost);
+    }
     advance_locked();
   });
 }

@@ -24,6 +24,7 @@
 #include "server/transport/reaction.h"
 #include "server/transport/session_recording.h"
 #include "server/transport/stream_codec.h"
+#include "server/transport/stream_memory.h"
 #include "server/transport/stream_state.h"
 #include "warmfront/v1/step.pb.h"
 
@@ -36,8 +37,13 @@ namespace warmfront::server {
 /// is written. So a client that does not read is not read from, costs what the answers of a window hold, and
 /// is cut off after `write_stall_timeout`. When the call ends, by cancellation or a lost connection too,
 /// frames that wait or are being computed are given up; the session is at the last one completed.
+///
+/// Bound to a connection of packets (stream_memory.h), its messages come and go there, and a read of gRPC's
+/// stays outstanding beside, for the end of the call: what comes by it before its turn waits. A connection
+/// that is lost leaves the stream as it was before.
 class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
                          public Drainable,
+                         public SharesMemory,
                          public std::enable_shared_from_this<StepStream> {
  public:
   /// Lives until gRPC calls OnDone(). `context` outlives it.
@@ -55,10 +61,25 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void enforce_rights() override;
   void give_up(const Fault& fault) override;
 
+  bool bind(const std::shared_ptr<PacketConnection>& connection,
+            const v1::SharedMemoryRequest& request) override;
+  bool packet(const std::shared_ptr<PacketConnection>& from, std::string_view packet) noexcept override;
+  void has_room(const std::shared_ptr<PacketConnection>& on) noexcept override;
+  void lost(const std::shared_ptr<PacketConnection>& which) noexcept override;
+
  private:
   using Clock = std::chrono::steady_clock;
 
   class Reply;
+  /// Where a message came.
+  enum class Way : std::uint8_t { kStream, kPacket };
+  /// A read of gRPC's.
+  enum class Read : std::uint8_t {
+    kNone,
+    kOutstanding,
+    kMessageWaits,  ///< it came before its turn
+    kEndWaits,
+  };
   /// What the stream holds, if it has attached.
   struct Held {
     std::shared_ptr<Session> session;
@@ -76,19 +97,24 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void begin();
 
   // What a message asks for (step_stream_requests.cpp). Called for one at a time, without the lock.
-  void handle(const StreamRequest& request);
+  void handle(StreamRequest& request, Way way);
   void attach(const v1::Attach& request);
-  void take(const StreamRequest& request);
+  void take(StreamRequest& request);
   void commit(const v1::Commit& request);
   void half_closed();
   Held held();
   std::unique_ptr<FrameTrace> trace_of(std::uint64_t frame) noexcept;
   std::unique_ptr<FrameObserver> reply_to(std::uint64_t frame, FrameRecord record,
-                                          std::unique_ptr<FrameTrace> trace);
+                                          std::unique_ptr<FrameTrace> trace, AnswerRoom room = {});
+  /// What a frame says of shared memory (step_stream_memory.cpp): its positions are where they are there, for
+  /// as long as `memory` is held, and the room for its answer. INVALID_ARGUMENT where it may not say so.
+  Outcome<AnswerRoom> take_shared(StreamRequest& request, bool first, std::shared_ptr<StreamMemory>& memory);
+  void give_memory(const v1::SharedMemoryRequest& request);
 
   // Replies, from any thread, without the lock.
   void attached(const Outcome<Standing>& standing);
-  void answered(std::uint64_t frame, const FrameOutcome& outcome, std::unique_ptr<FrameTrace> trace);
+  void answered(std::uint64_t frame, const FrameOutcome& outcome, AnswerRoom room,
+                std::unique_ptr<FrameTrace> trace);
 
   /// What is thrown in `work`, a reaction or a reply, ends the stream, and nothing more is delivered.
   template <class Work>
@@ -102,6 +128,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
           [this](grpc::Status status) { fail(std::move(status), StreamEvent::Kind::kHandlingFailed); });
   }
   void handle_read(bool ok);
+  void handle_message(grpc::ByteBuffer& message, Way way);
   void fail(grpc::Status status, StreamEvent::Kind how = StreamEvent::Kind::kFailed) noexcept;
 
   // With the lock held.
@@ -110,6 +137,13 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void break_locked(StreamEvent::Kind kind) WARMFRONT_REQUIRES(mutex_);
   void cut_off_locked() WARMFRONT_REQUIRES(mutex_);
   void write_locked() WARMFRONT_REQUIRES(mutex_);
+  /// What was encoded, by a packet or gRPC.
+  void send_locked() WARMFRONT_REQUIRES(mutex_);
+  void written_locked() WARMFRONT_REQUIRES(mutex_);
+  void begin_read_locked() WARMFRONT_REQUIRES(mutex_);
+  /// What waits is handled.
+  void take_waiting_locked() WARMFRONT_REQUIRES(mutex_);
+  void unbind_locked() WARMFRONT_REQUIRES(mutex_);
   void queue_locked(Outgoing outgoing) WARMFRONT_REQUIRES(mutex_);
   void finish_locked() WARMFRONT_REQUIRES(mutex_);
   void release_locked() WARMFRONT_REQUIRES(mutex_);
@@ -134,8 +168,9 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   std::optional<Lifecycle::Call> call_;
   std::optional<Gate::Ticket> ticket_;
 
-  // Used by the one outstanding read and OnReadDone() only.
+  // Used by the one outstanding read, and by who handles what it brought.
   grpc::ByteBuffer incoming_;
+  // Used by who handles a message.
   std::optional<FrameAssembly> assembly_;
   std::unique_ptr<FrameTrace> assembly_trace_;
 
@@ -153,6 +188,12 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   // For the message that attaches, or for the rest of a frame; stale when neither is owed.
   Clock::time_point awaited_since_ WARMFRONT_GUARDED_BY(mutex_) = last_moved_;
   std::optional<grpc::Status> end_ WARMFRONT_GUARDED_BY(mutex_);  // what the call is to be finished with
+  Read read_ WARMFRONT_GUARDED_BY(mutex_) = Read::kNone;
+  std::string token_ WARMFRONT_GUARDED_BY(mutex_);                             // offered, and not yet used
+  std::shared_ptr<PacketConnection> connection_ WARMFRONT_GUARDED_BY(mutex_);  // null: not bound
+  std::shared_ptr<StreamMemory> memory_ WARMFRONT_GUARDED_BY(mutex_);          // where bound
+  bool on_stream_ WARMFRONT_GUARDED_BY(mutex_) = false;                        // the next message is gRPC's
+  bool waits_for_room_ WARMFRONT_GUARDED_BY(mutex_) = false;  // current_ is to be sent by a packet
 };
 
 }  // namespace warmfront::server

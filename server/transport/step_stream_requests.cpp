@@ -12,7 +12,7 @@
 
 namespace warmfront::server {
 
-void StepStream::handle(const StreamRequest& request) {
+void StepStream::handle(StreamRequest& request, Way way) {
   switch (request.message.message_case()) {
     case v1::StreamStepsRequest::kAttach:
       return attach(request.message.attach());
@@ -22,6 +22,15 @@ void StepStream::handle(const StreamRequest& request) {
       return commit(request.message.commit());
     case v1::StreamStepsRequest::kDetach:
       return half_closed();
+    case v1::StreamStepsRequest::kSharedMemory:
+      if (way == Way::kStream) return end(out_of_place("shared_memory is asked for on the socket beside"));
+      return give_memory(request.message.shared_memory());
+    case v1::StreamStepsRequest::kOnStream: {
+      if (way == Way::kStream) return end(out_of_place("on_stream is of the socket beside"));
+      const MutexLock lock(mutex_);
+      on_stream_ = true;
+      return;
+    }
     case v1::StreamStepsRequest::MESSAGE_NOT_SET:
       return;  // refused when it was parsed
   }
@@ -76,11 +85,12 @@ StepStream::Held StepStream::held() {
   return {session_, attachment_};
 }
 
-void StepStream::take(const StreamRequest& request) {
+void StepStream::take(StreamRequest& request) {
   const v1::StepFrame& part = request.message.step();
   const Held held = this->held();
   if (!held.session) return end(out_of_place("a step before attach; name the session first"));
-  if (!assembly_) {
+  const bool first = !assembly_;
+  if (first) {
     assembly_.emplace(*held.session, tenant_->frames, context_.frames, part.frame());
     assembly_->pass().given_up = given_up_;
     assembly_->pass().attachment = held.attachment;
@@ -89,6 +99,9 @@ void StepStream::take(const StreamRequest& request) {
   } else if (std::optional<Fault> fault = assembly_->refusal_of(part)) {
     return end(*fault);
   }
+  std::shared_ptr<StreamMemory> memory;  // until the positions are copied
+  Outcome<AnswerRoom> room = take_shared(request, first, memory);
+  if (!room && !assembly_->pass().refused) assembly_->pass().refused = room.fault();
   assembly_->add(request);
   {
     const MutexLock lock(mutex_);
@@ -98,9 +111,10 @@ void StepStream::take(const StreamRequest& request) {
   if (part.more()) return;
   FrameRecord record(recording_of(*held.session), part.frame(), assembly_->take_parts());
   if (assembly_trace_) assembly_trace_->arrived = Clock::now();
-  held.session->submit(
-      assembly_->finish(reply_to(part.frame(), std::move(record), std::move(assembly_trace_))),
-      Session::Admission::kAlways);
+  if (!room) room = AnswerRoom();
+  held.session->submit(assembly_->finish(reply_to(part.frame(), std::move(record), std::move(assembly_trace_),
+                                                  std::move(room).value())),
+                       Session::Admission::kAlways);
   assembly_.reset();
 }
 
@@ -127,8 +141,12 @@ void StepStream::commit(const v1::Commit& request) {
 class StepStream::Reply final : public FrameObserver {
  public:
   Reply(std::weak_ptr<StepStream> stream, std::uint64_t frame, FrameRecord record,
-        std::unique_ptr<FrameTrace> trace)
-      : stream_(std::move(stream)), frame_(frame), record_(std::move(record)), trace_(std::move(trace)) {}
+        std::unique_ptr<FrameTrace> trace, AnswerRoom room)
+      : stream_(std::move(stream)),
+        frame_(frame),
+        record_(std::move(record)),
+        trace_(std::move(trace)),
+        room_(std::move(room)) {}
 
   void begins() override {
     if (trace_) trace_->begun = Clock::now();
@@ -138,7 +156,7 @@ class StepStream::Reply final : public FrameObserver {
     if (trace_) note_outcome(outcome, *trace_);
     record_.answered(outcome);
     if (const std::shared_ptr<StepStream> stream = stream_.lock())
-      stream->answered(frame_, outcome, std::move(trace_));
+      stream->answered(frame_, outcome, std::move(room_), std::move(trace_));
   }
 
  private:
@@ -146,6 +164,7 @@ class StepStream::Reply final : public FrameObserver {
   const std::uint64_t frame_;
   FrameRecord record_;
   std::unique_ptr<FrameTrace> trace_;  // null where it is not traced
+  AnswerRoom room_;
 };
 
 std::unique_ptr<FrameTrace> StepStream::trace_of(std::uint64_t frame) noexcept {
@@ -157,8 +176,9 @@ std::unique_ptr<FrameTrace> StepStream::trace_of(std::uint64_t frame) noexcept {
 }
 
 std::unique_ptr<FrameObserver> StepStream::reply_to(std::uint64_t frame, FrameRecord record,
-                                                    std::unique_ptr<FrameTrace> trace) {
-  return std::make_unique<Reply>(weak_from_this(), frame, std::move(record), std::move(trace));
+                                                    std::unique_ptr<FrameTrace> trace, AnswerRoom room) {
+  return std::make_unique<Reply>(weak_from_this(), frame, std::move(record), std::move(trace),
+                                 std::move(room));
 }
 
 }  // namespace warmfront::server

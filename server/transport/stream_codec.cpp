@@ -124,14 +124,24 @@ Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer, ParseRoom& room) {
   return StreamRequest{std::move(place).value(), std::move(parsed).value(), {}};
 }
 
-AnswerChunks::AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes)
+AnswerChunks::AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes, AnswerRoom room)
     : answer_(std::move(answer)),
       chunk_bytes_(chunk_bytes),
       items_(by_vertex() ? answer_->vertex_distances.size() : answer_->rows()),
-      items_per_chunk_(std::max<std::size_t>(
-          chunk_bytes / (by_vertex() ? sizeof(double) : answer_->bytes_per_row()), 1)) {}
+      items_per_chunk_(
+          std::max<std::size_t>(chunk_bytes / (by_vertex() ? sizeof(double) : answer_->bytes_per_row()), 1)),
+      room_(std::move(room)) {}
 
 grpc::ByteBuffer AnswerChunks::next() {
+  if (room_.memory && first_ == 0 && first_world_ == 0) {
+    v1::StreamStepsResponse response;
+    v1::StepAnswer& whole = *response.mutable_answer();
+    if (put_columns(*answer_, room_, *whole.mutable_shared())) {
+      whole.set_frame(answer_->frame);
+      return last_part(response);
+    }
+    room_ = {};
+  }
   const std::size_t count = std::min(items_per_chunk_, items_ - first_);
   const std::size_t worlds = next_worlds(count);
   const bool last = first_ + count == items_ && first_world_ + worlds == answer_->worlds.size();
@@ -144,14 +154,18 @@ grpc::ByteBuffer AnswerChunks::next() {
     fill_columns(*answer_, first_, count, *part.mutable_contacts());
   if (worlds > 0)
     fill_worlds(*answer_, first_world_, worlds, *part.mutable_worlds(), *part.mutable_world_tois());
-  if (last) {
-    part.set_last(true);
-    *part.mutable_summary() = summary_of(*answer_);
-  }
+  if (last) return last_part(response);
   grpc::ByteBuffer chunk = serialize(response);
   first_ += count;
   first_world_ += worlds;
-  done_ = last;
+  return chunk;
+}
+
+grpc::ByteBuffer AnswerChunks::last_part(v1::StreamStepsResponse& response) {
+  response.mutable_answer()->set_last(true);
+  *response.mutable_answer()->mutable_summary() = summary_of(*answer_);
+  grpc::ByteBuffer chunk = serialize(response);
+  done_ = true;
   return chunk;
 }
 

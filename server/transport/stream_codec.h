@@ -16,6 +16,7 @@
 #include "server/fault.h"
 #include "server/session/answer.h"
 #include "server/transport/parse_room.h"
+#include "server/transport/stream_memory.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::server {
@@ -59,17 +60,22 @@ Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer, ParseRoom& room);
 /// by one thread at a time.
 class AnswerChunks {
  public:
-  AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes);
+  /// Into `room` where it fits there.
+  AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes, AnswerRoom room = {});
 
   bool done() const { return done_; }
   /// Unless done. When it throws, nothing was taken.
   grpc::ByteBuffer next();
   std::uint64_t frame() const { return answer_->frame; }
   std::size_t answer_bytes() const { return answer_->memory_bytes(); }
+  /// Nobody looks there any more.
+  void forget_room() { room_ = {}; }
 
  private:
   // Does it tell of vertices, and has no rows?
   bool by_vertex() const { return !answer_->vertex_distances.empty(); }
+
+  grpc::ByteBuffer last_part(v1::StreamStepsResponse& response);
 
   // How many worlds go with so many rows.
   std::size_t next_worlds(std::size_t rows) const;
@@ -78,6 +84,7 @@ class AnswerChunks {
   std::size_t chunk_bytes_;
   std::size_t items_;
   std::size_t items_per_chunk_;
+  AnswerRoom room_;
   std::size_t first_ = 0;
   std::size_t first_world_ = 0;
   bool done_ = false;

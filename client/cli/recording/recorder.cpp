@@ -93,7 +93,7 @@ void Recorder::frame(std::uint64_t number, const Frame& frame) {
   if (sent.value().moved)
     *step.mutable_moved() = *std::move(sent.value().moved);
   else
-    step.set_positions(*sent.value().positions);
+    step.set_positions(std::string(sent.value().positions.view()));
   writer_->write(std::move(message));
 }
 

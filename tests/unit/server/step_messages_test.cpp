@@ -64,8 +64,8 @@ TEST(PositionsMessageTest, IsTheMessageThatTheGeneralSerializerMakes) {
     for (const std::size_t count : {0u, 1u, 127u, 128u, 2000u}) {
       for (const bool more : {false, true}) {
         v1::StreamStepsRequest parsed;
-        ASSERT_TRUE(
-            parsed.ParseFromString(flat(client::positions_message(frame, more, positions, 1000, count))));
+        ASSERT_TRUE(parsed.ParseFromString(
+            flat(client::positions_message(frame, more, client::FrameBytes(positions), 1000, count))));
         EXPECT_EQ(parsed.step().frame(), frame);
         EXPECT_EQ(parsed.step().more(), more);
         EXPECT_EQ(parsed.step().positions(), positions->substr(1000, count));
@@ -80,7 +80,8 @@ TEST(PositionsMessageTest, RefersToTheStringAndHoldsOnToIt) {
   const char* const data = positions->data();
   const std::weak_ptr<const std::string> watched = positions;
   {
-    const grpc::ByteBuffer buffer = client::positions_message(7, false, positions, 0, 5000);
+    const grpc::ByteBuffer buffer =
+        client::positions_message(7, false, client::FrameBytes(positions), 0, 5000);
     positions.reset();
     EXPECT_FALSE(watched.expired());
     std::vector<grpc::Slice> slices;
@@ -92,7 +93,8 @@ TEST(PositionsMessageTest, RefersToTheStringAndHoldsOnToIt) {
 
 TEST(ReadRequestTest, LeavesAStepsPositionsWhereTheyArrived) {
   const auto positions = std::make_shared<const std::string>(1000, 'p');
-  grpc::ByteBuffer buffer = in_pieces(flat(client::positions_message(9, true, positions, 0, 1000)), 64);
+  grpc::ByteBuffer buffer =
+      in_pieces(flat(client::positions_message(9, true, client::FrameBytes(positions), 0, 1000)), 64);
   ParseRoom room(32 << 20);
   const Outcome<StreamRequest> request = read_request(buffer, room);
   ASSERT_TRUE(request.ok());
@@ -194,7 +196,7 @@ TEST(SceneStateTest, LaterRequestsDoNotWriteToAFramesPositions) {
   const std::vector<double> start{0, 0, 0, 1, 0, 0, 0, 1, 0}, next{0, 0, 1, 1, 0, 1, 0, 1, 1}, row{5, 6, 7};
   client::SceneState state(scene, std::span<const double>(start));
   const client::SentFrame all = state.encode(Frame(std::span<const double>(next))).value();
-  const std::string bytes = *all.positions;
+  const std::string bytes(all.positions.view());
   state.take(all);
   EXPECT_EQ(state.positions(), bytes);
   Frame moved;
@@ -202,7 +204,7 @@ TEST(SceneStateTest, LaterRequestsDoNotWriteToAFramesPositions) {
   moved.vertices = vertices;
   moved.vertex_positions = std::span<const double>(row);
   state.take(state.encode(moved).value());
-  EXPECT_EQ(*all.positions, bytes) << "gRPC may be sending it still";
+  EXPECT_EQ(all.positions.view(), bytes) << "gRPC may be sending it still";
   EXPECT_EQ(state.positions().substr(0, 48), bytes.substr(0, 48));
   EXPECT_EQ(std::memcmp(state.positions().data() + 48, row.data(), 24), 0);
 }

@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+// epoll(7), each connection armed for one event at a time, so that one thread at most tells of it. Thread
+// safety as stated in the header.
+#include "server/process/packet_sockets.h"
+
+#include <fcntl.h>
+#include <sched.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace warmfront::server {
+namespace {
+
+/// How long a packet is waited for without sleeping: about what waking up takes, so that in vain it costs no
+/// more than it might have saved.
+constexpr std::chrono::microseconds kSpin{50};
+/// In vain so often in a row, as a power of two, it is tried only every so many times.
+constexpr std::uint32_t kMostMissed = 8;
+
+constexpr std::uint64_t kWakeUp = ~std::uint64_t{0};
+constexpr std::uint64_t kListener = std::uint64_t{1} << 62;
+
+bool arm(int poll, int operation, int file, std::uint32_t events, std::uint64_t which) noexcept {
+  epoll_event event{};
+  event.events = events;
+  event.data.u64 = which;
+  return ::epoll_ctl(poll, operation, file, &event) == 0;
+}
+
+/// A listening socket in place of what is there; -1 with errno.
+int listen_at(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) {
+    errno = ENAMETOOLONG;
+    return -1;
+  }
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) == 0 && S_ISSOCK(found.st_mode)) ::unlink(path.c_str());
+  const int file = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (file < 0) return -1;
+  if (::bind(file, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
+      ::listen(file, SOMAXCONN) == 0)
+    return file;
+  const int error = errno;
+  ::close(file);
+  errno = error;
+  return -1;
+}
+
+}  // namespace
+
+PacketConnection::PacketConnection(int file, std::shared_ptr<const int> poll)
+    : file_(file), poll_(std::move(poll)) {}
+
+PacketConnection::~PacketConnection() {
+  ::close(file_);
+}
+
+PacketConnection::Sent PacketConnection::send(std::span<const std::string_view> pieces, int file) noexcept {
+  std::array<iovec, 16> parts;
+  if (pieces.size() > parts.size()) return Sent::kLost;
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    parts[i] = {const_cast<char*>(pieces[i].data()), pieces[i].size()};
+  msghdr message{};
+  message.msg_iov = parts.data();
+  message.msg_iovlen = pieces.size();
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
+  if (file >= 0) {
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = SCM_RIGHTS;
+    header->cmsg_len = CMSG_LEN(sizeof(int));
+    std::memcpy(CMSG_DATA(header), &file, sizeof file);
+  }
+  for (;;) {
+    if (::sendmsg(file_, &message, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return Sent::kWhole;
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN && errno != EWOULDBLOCK && errno != ENOBUFS) return Sent::kLost;
+    const MutexLock lock(mutex_);
+    wanted_ |= kRoom;
+    if (!told_) arm_locked();
+    return Sent::kLater;
+  }
+}
+
+void PacketConnection::want_packet() noexcept {
+  const MutexLock lock(mutex_);
+  wanted_ |= kPacket;
+  if (!told_) arm_locked();
+}
+
+void PacketConnection::shut() noexcept {
+  ::shutdown(file_, SHUT_RDWR);
+  want_packet();
+}
+
+void PacketConnection::arm_locked() noexcept {
+  const std::uint32_t events = ((wanted_ & kPacket) != 0 ? EPOLLIN | EPOLLRDHUP : 0) |
+                               ((wanted_ & kRoom) != 0 ? std::uint32_t{EPOLLOUT} : 0) | EPOLLONESHOT;
+  static_cast<void>(arm(*poll_, EPOLL_CTL_MOD, file_, events, static_cast<std::uint64_t>(file_)));
+}
+
+Result<std::unique_ptr<PacketSockets>> PacketSockets::listen(const std::vector<std::string>& paths,
+                                                             int threads, PacketReader& greeter) {
+  const auto failed = [](const std::string& what) {
+    return Error{ErrorCode::kUnavailable, "shared memory: " + what + ": " + std::strerror(errno)};
+  };
+  std::unique_ptr<PacketSockets> made(new PacketSockets(greeter));
+  made->threads_count_ = threads;
+  const int poll = ::epoll_create1(EPOLL_CLOEXEC);
+  if (poll < 0) return failed("no epoll");
+  made->poll_ = std::shared_ptr<const int>(new int(poll), [](const int* file) {
+    ::close(*file);
+    delete file;
+  });
+  made->wake_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  if (made->wake_ < 0 || !arm(poll, EPOLL_CTL_ADD, made->wake_, EPOLLIN, kWakeUp))
+    return failed("no eventfd");
+  for (const std::string& path : paths) {
+    const int listener = listen_at(path);
+    if (listener < 0) return failed(path);
+    made->paths_.push_back(path);
+    made->listeners_.push_back(listener);
+    if (!arm(poll, EPOLL_CTL_ADD, listener, EPOLLIN | EPOLLONESHOT,
+             kListener | static_cast<std::uint64_t>(made->listeners_.size() - 1)))
+      return failed(path);
+  }
+  return made;
+}
+
+void PacketSockets::begin() {
+  for (int i = 0; i < threads_count_; ++i) threads_.emplace_back([this] { work(); });
+}
+
+PacketSockets::~PacketSockets() {
+  const std::uint64_t one = 1;
+  if (wake_ >= 0) static_cast<void>(::write(wake_, &one, sizeof one));
+  for (std::thread& thread : threads_) thread.join();
+  for (const std::string& path : paths_) ::unlink(path.c_str());
+  for (const int listener : listeners_) ::close(listener);
+  if (wake_ >= 0) ::close(wake_);
+  const MutexLock lock(mutex_);
+  for (const auto& [file, connection] : connections_) ::shutdown(connection->file_, SHUT_RDWR);
+}
+
+void PacketSockets::work() noexcept {
+  constexpr int kLookMs = 1000;
+  for (;;) {
+    epoll_event event{};
+    const int events = ::epoll_wait(*poll_, &event, 1, kLookMs);
+    drop_late();
+    if (events <= 0) continue;
+    if (event.data.u64 == kWakeUp) return;  // it stays readable, for the others
+    if ((event.data.u64 & kListener) != 0) {
+      accept_from(static_cast<int>(event.data.u64 & ~kListener));
+      continue;
+    }
+    std::shared_ptr<PacketConnection> connection;
+    {
+      const MutexLock lock(mutex_);
+      if (const auto found = connections_.find(event.data.u64); found != connections_.end())
+        connection = found->second;
+    }
+    if (connection) tell(connection);
+  }
+}
+
+// Not accept4(): that is for gRPC's connections (accept.h).
+void PacketSockets::accept_from(int index) noexcept {
+  const int listener = listeners_[static_cast<std::size_t>(index)];
+  const int file = ::accept(listener, nullptr, nullptr);
+  const int error = errno;
+  if (file >= 0) {
+    try {
+      static_cast<void>(::fcntl(file, F_SETFD, FD_CLOEXEC));
+      std::shared_ptr<PacketConnection> connection;
+      try {
+        connection = std::make_shared<PacketConnection>(file, poll_);
+      } catch (...) {
+        ::close(file);
+        throw;
+      }
+      const MutexLock lock(mutex_);
+      if (unknown_ < kMostUnknown) {
+        connections_.emplace(static_cast<std::uint64_t>(file), connection);
+        ++unknown_;
+        static_cast<void>(arm(*poll_, EPOLL_CTL_ADD, file, EPOLLIN | EPOLLRDHUP | EPOLLONESHOT,
+                              static_cast<std::uint64_t>(file)));
+      }
+    } catch (const std::exception&) {  // without memory the connection is refused
+    }
+  }
+  if (file < 0 && (error == EMFILE || error == ENFILE)) {
+    without_files_ = true;  // armed again by drop_late(): it would be told of again at once
+    return;
+  }
+  static_cast<void>(arm(*poll_, EPOLL_CTL_MOD, listener, EPOLLIN | EPOLLONESHOT,
+                        kListener | static_cast<std::uint64_t>(index)));
+}
+
+void PacketSockets::tell(const std::shared_ptr<PacketConnection>& connection) noexcept {
+  {
+    const MutexLock lock(connection->mutex_);
+    if (std::exchange(connection->told_, true)) return;
+    // The first packet is wanted without a word.
+    if (!connection->known_) connection->wanted_ |= PacketConnection::kPacket;
+  }
+  // One more byte than a packet may have tells which is too long.
+  std::array<char, PacketConnection::kMostBytes + 1> room;
+  for (bool waits = false;;) {
+    std::uint32_t wanted = 0;
+    {
+      const MutexLock lock(connection->mutex_);
+      wanted = connection->wanted_;
+      if (waits || wanted == 0) {
+        connection->told_ = false;
+        if (wanted != 0) connection->arm_locked();
+        return;
+      }
+      if ((wanted & PacketConnection::kRoom) != 0)
+        connection->wanted_ &= ~std::uint32_t{PacketConnection::kRoom};
+    }
+    if ((wanted & PacketConnection::kRoom) != 0) {
+      // If there is none, sending says so again.
+      if (const std::shared_ptr<PacketReader> reader = reader_of(*connection)) reader->has_room(connection);
+      const MutexLock lock(connection->mutex_);
+      if ((connection->wanted_ & PacketConnection::kRoom) != 0) waits = true;
+      continue;
+    }
+    const ssize_t bytes = receive(*connection, room);
+    if (bytes < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+      waits = true;
+      continue;
+    }
+    bool goes_on = bytes > 0 && bytes <= static_cast<ssize_t>(PacketConnection::kMostBytes);
+    if (goes_on) {
+      {
+        const MutexLock lock(connection->mutex_);
+        connection->wanted_ &= ~std::uint32_t{PacketConnection::kPacket};
+      }
+      const std::shared_ptr<PacketReader> reader = reader_of(*connection);
+      goes_on = reader && reader->packet(connection, {room.data(), static_cast<std::size_t>(bytes)});
+    }
+    if (goes_on) continue;
+    ::shutdown(connection->file_, SHUT_RDWR);
+    forget(connection);
+    if (const std::shared_ptr<PacketReader> reader = reader_of(*connection)) reader->lost(connection);
+    return;
+  }
+}
+
+ssize_t PacketSockets::receive(PacketConnection& connection, std::span<char> room) noexcept {
+  const auto now = [&] {
+    ssize_t bytes = 0;
+    do {
+      bytes = ::recv(connection.file_, room.data(), room.size(), MSG_DONTWAIT);
+      // The other end closed with something unread; what it sent before comes next.
+    } while (bytes < 0 && (errno == EINTR || errno == ECONNRESET));
+    return bytes;
+  };
+  ssize_t bytes = now();
+  if (bytes >= 0 || errno != EAGAIN) return bytes;
+  static const bool one_core = std::thread::hardware_concurrency() < 2;
+  if (one_core || !connection.known_) return bytes;
+  if (connection.skip_ > 0) {
+    --connection.skip_;
+    errno = EAGAIN;
+    return -1;
+  }
+  // Another thread stays for the other connections.
+  if (spinning_.fetch_add(1, std::memory_order_relaxed) < threads_count_ - 1) {
+    const auto until = std::chrono::steady_clock::now() + kSpin;
+    do {
+      ::sched_yield();  // whoever else wants this core has it
+      bytes = now();
+    } while (bytes < 0 && errno == EAGAIN && std::chrono::steady_clock::now() < until);
+  }
+  const int error = errno;
+  spinning_.fetch_sub(1, std::memory_order_relaxed);
+  if (bytes >= 0) {
+    connection.missed_ = 0;
+  } else {
+    connection.missed_ = std::min(connection.missed_ + 1, kMostMissed);
+    connection.skip_ = (std::uint32_t{1} << connection.missed_) - 1;
+  }
+  errno = error;
+  return bytes;
+}
+
+std::shared_ptr<PacketReader> PacketSockets::reader_of(const PacketConnection& connection) {
+  if (connection.known_) return connection.reader_.lock();
+  return {std::shared_ptr<void>(), &greeter_};  // which outlives this
+}
+
+void PacketSockets::keep(PacketConnection& connection, std::weak_ptr<PacketReader> reader) {
+  const MutexLock lock(mutex_);
+  connection.reader_ = std::move(reader);
+  if (connection.known_.exchange(true)) return;
+  if (connections_.contains(static_cast<std::uint64_t>(connection.file_))) --unknown_;
+}
+
+void PacketSockets::forget(const std::shared_ptr<PacketConnection>& connection) noexcept {
+  const MutexLock lock(mutex_);
+  if (connections_.erase(static_cast<std::uint64_t>(connection->file_)) > 0 && !connection->known_)
+    --unknown_;
+}
+
+void PacketSockets::drop_late() noexcept {
+  const auto now = std::chrono::steady_clock::now();
+  {
+    const MutexLock lock(mutex_);
+    if (now - looked_ < std::chrono::seconds(1)) return;
+    looked_ = now;
+    if (unknown_ > 0)
+      for (const auto& [file, connection] : connections_)
+        if (!connection->known_ && now - connection->since_ >= kGreeting)
+          ::shutdown(connection->file_, SHUT_RDWR);  // of which its thread hears
+  }
+  if (!without_files_.exchange(false)) return;
+  for (std::size_t i = 0; i < listeners_.size(); ++i)
+    static_cast<void>(arm(*poll_, EPOLL_CTL_MOD, listeners_[i], EPOLLIN | EPOLLONESHOT, kListener | i));
+}
+
+}  // namespace warmfront::server

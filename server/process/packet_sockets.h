@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Unix sockets of packets (SOCK_SEQPACKET) beside gRPC's: what comes is told on threads of their own. A
+// packet is what the kernel copied: nobody changes it any more. Thread-safe.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+#include "engine/result.h"
+#include "server/annotations.h"
+
+namespace warmfront::server {
+
+class PacketReader;
+class PacketSockets;
+
+/// One connection.
+class PacketConnection : public std::enable_shared_from_this<PacketConnection> {
+ public:
+  /// Longer packets are a mistake of who sends them, and end the connection.
+  static constexpr std::size_t kMostBytes = 61'440;
+
+  enum class Sent : std::uint8_t {
+    kWhole,
+    kLater,  ///< there is no room: the reader hears when there is
+    kLost,   ///< the connection is gone
+  };
+
+  PacketConnection(int file, std::shared_ptr<const int> poll);
+  ~PacketConnection();
+  PacketConnection(const PacketConnection&) = delete;
+  PacketConnection& operator=(const PacketConnection&) = delete;
+
+  /// One packet, with a file's descriptor unless it is -1. Does not wait.
+  Sent send(std::span<const std::string_view> pieces, int file = -1) noexcept;
+  /// The next packet is wanted: one is told, then no other until this is called again. In what is told of a
+  /// packet it costs nothing.
+  void want_packet() noexcept;
+  /// Ends it; what was sent can still be received by the other end.
+  void shut() noexcept;
+
+ private:
+  friend class PacketSockets;
+
+  enum : std::uint32_t { kPacket = 1, kRoom = 2 };
+  void arm_locked() noexcept WARMFRONT_REQUIRES(mutex_);
+
+  const int file_;
+  const std::shared_ptr<const int> poll_;
+  const std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
+  std::atomic<bool> known_{false};  // it stays
+
+  Mutex mutex_;
+  std::uint32_t wanted_ WARMFRONT_GUARDED_BY(mutex_) = 0;
+  bool told_ WARMFRONT_GUARDED_BY(mutex_) = false;  // a thread is telling of it, and looks at wanted_ then
+
+  // Of the thread that tells.
+  std::weak_ptr<PacketReader> reader_;  // once it stays
+  std::uint32_t missed_ = 0;  // times in a row that no packet came while it was waited for without sleeping
+  std::uint32_t skip_ = 0;    // times more that it is not tried
+};
+
+/// Told of connections; of one by one thread at a time.
+class PacketReader {
+ public:
+  virtual ~PacketReader() = default;
+  /// `packet` is valid until this returns. False: the connection ends.
+  virtual bool packet(const std::shared_ptr<PacketConnection>& from, std::string_view packet) noexcept = 0;
+  /// After Sent::kLater there is room again.
+  virtual void has_room(const std::shared_ptr<PacketConnection>& on) noexcept = 0;
+  /// It ended, from either end. The last that is told.
+  virtual void lost(const std::shared_ptr<PacketConnection>& which) noexcept = 0;
+};
+
+class PacketSockets {
+ public:
+  /// Listens on `paths`, in place of what sockets are there, with the access that gRPC's own have. `greeter`
+  /// is told of a connection until it stays, and outlives this. `threads` >= 2; one waits for a connection's
+  /// next packet for a moment before it sleeps, as long as another one remains and the machine has a second
+  /// core.
+  static Result<std::unique_ptr<PacketSockets>> listen(const std::vector<std::string>& paths, int threads,
+                                                       PacketReader& greeter);
+  /// From now on connections are accepted, and told of.
+  void begin();
+  /// Ends all connections, tells nobody, and waits for what is being told.
+  ~PacketSockets();
+  PacketSockets(const PacketSockets&) = delete;
+  PacketSockets& operator=(const PacketSockets&) = delete;
+
+  /// Told of its first packet, a greeter says that the connection stays, and who is told of it from then on;
+  /// it ends when there is no such reader any more. Others are ended kGreeting after they began, and
+  /// kMostUnknown of them are there at most.
+  void keep(PacketConnection& connection, std::weak_ptr<PacketReader> reader);
+
+  static constexpr std::chrono::seconds kGreeting{5};
+  static constexpr std::size_t kMostUnknown = 64;
+
+ private:
+  explicit PacketSockets(PacketReader& greeter) : greeter_(greeter) {}
+
+  void work() noexcept;
+  void accept_from(int listener) noexcept;
+  void tell(const std::shared_ptr<PacketConnection>& connection) noexcept;
+  /// Of the next packet, with or without sleeping a little: as recv(2).
+  ssize_t receive(PacketConnection& connection, std::span<char> room) noexcept;
+  /// Who is told of it; null where there is nobody any more.
+  std::shared_ptr<PacketReader> reader_of(const PacketConnection& connection);
+  void forget(const std::shared_ptr<PacketConnection>& connection) noexcept;
+  void drop_late() noexcept;
+
+  PacketReader& greeter_;
+  int threads_count_ = 0;
+  std::shared_ptr<const int> poll_;
+  int wake_ = -1;  // an eventfd: the threads end
+  std::vector<int> listeners_;
+  std::vector<std::string> paths_;
+  std::atomic<int> spinning_{0};
+  std::atomic<bool> without_files_{false};  // connections wait that could not be accepted
+
+  Mutex mutex_;
+  std::unordered_map<std::uint64_t, std::shared_ptr<PacketConnection>> connections_
+      WARMFRONT_GUARDED_BY(mutex_);
+  std::size_t unknown_ WARMFRONT_GUARDED_BY(mutex_) = 0;
+  std::chrono::steady_clock::time_point looked_ WARMFRONT_GUARDED_BY(mutex_) =
+      std::chrono::steady_clock::now();
+
+  std::vector<std::thread> threads_;  // last: they use all of the above
+};
+
+}  // namespace warmfront::server
