@@ -80,9 +80,9 @@ TEST(GoldenMessages, FramesAreWrittenAsProtocolBuffersWritesThem) {
     if (!expected.has_step()) continue;
     ++frames;
     const v1::StepFrame& step = expected.step();
-    const auto positions = std::make_shared<const std::string>(step.positions());
+    const client::FrameBytes positions(std::make_shared<const std::string>(step.positions()));
     const grpc::ByteBuffer written =
-        client::positions_message(step.frame(), step.more(), positions, 0, positions->size(),
+        client::positions_message(step.frame(), step.more(), positions, 0, positions.size(),
                                   step.has_question() ? &step.question() : nullptr);
     v1::StreamStepsRequest actual;
     ASSERT_TRUE(actual.ParseFromString(bytes_of(written)));
