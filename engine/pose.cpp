@@ -3,7 +3,13 @@
 
 #include <cmath>
 
+#include "engine/motion/place.h"
+
 namespace warmfront {
+
+std::array<double, 3> Pose::place(const double* x) const {
+  return warmfront::place(*this, x);
+}
 
 Pose in_float32(const Pose& pose) {
   Pose rounded;

@@ -16,15 +16,9 @@ namespace warmfront {
 struct Pose {
   std::array<double, 12> matrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-  /// In this order of operations, each rounded once, so that every machine computes the same bits.
-  std::array<double, 3> place(const double* x) const {
-    std::array<double, 3> placed;
-    for (int row = 0; row < 3; ++row) {
-      const double* m = matrix.data() + 4 * row;
-      placed[row] = ((m[0] * x[0] + m[1] * x[1]) + m[2] * x[2]) + m[3];
-    }
-    return placed;
-  }
+  /// ((R_0 x_0 + R_1 x_1) + R_2 x_2) + t, each operation rounded once, so that every machine computes the same bits. Out of
+  /// line: compiled into a caller, a product and a sum may become one instruction that rounds once for both.
+  std::array<double, 3> place(const double* x) const;
 
   friend bool operator==(const Pose&, const Pose&) = default;
 };

@@ -13,6 +13,7 @@
 
 #include "engine/motion/local_lanes.h"
 #include "engine/motion/move_range.h"
+#include "engine/motion/place.h"
 #include "engine/motion/range_grains.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/part_way.h"
@@ -236,10 +237,10 @@ void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const 
     if (at_from == From::kEnd) {
       vertex.t0 = vertex.t1;
     } else if (!at_from) {
-      const auto x0 = from.place(x);
+      const auto x0 = place(from, x);
       vertex.t0 = {x0[0], x0[1], x0[2], 0.0};
     }
-    const auto x1 = to.place(x);
+    const auto x1 = place(to, x);
     vertex.t1 = {x1[0], x1[1], x1[2], 0.0};
     states_[v] = same_bits(vertex.t0, vertex.t1) ? kChanged : kMoving | kChanged;
     sum.add(states_[v]);
