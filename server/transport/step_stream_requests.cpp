@@ -15,7 +15,7 @@ void StepStream::handle(StreamRequest& request, Way way) {
     case v1::StreamStepsRequest::kAttach:
       return attach(request.message.attach());
     case v1::StreamStepsRequest::kStep:
-      return take(request);
+      return take(request, way);
     case v1::StreamStepsRequest::kCommit:
       return commit(request.message.commit());
     case v1::StreamStepsRequest::kDetach:
@@ -83,7 +83,7 @@ StepStream::Held StepStream::held() {
   return {session_, attachment_};
 }
 
-void StepStream::take(StreamRequest& request) {
+void StepStream::take(StreamRequest& request, Way way) {
   const v1::StepFrame& part = request.message.step();
   const Held held = this->held();
   if (!held.session) return end(out_of_place("a step before attach; name the session first"));
@@ -109,7 +109,7 @@ void StepStream::take(StreamRequest& request) {
   FrameRecord record(recording_of(*held.session), part.frame(), assembly_->take_parts());
   if (!room) room = AnswerRoom();
   held.session->submit(assembly_->finish(reply_to(part.frame(), std::move(record), std::move(room).value())),
-                       Session::Admission::kAlways);
+                       way == Way::kPacket ? Session::Admission::kHere : Session::Admission::kAlways);
   assembly_.reset();
 }
 
