@@ -153,7 +153,7 @@ struct Daemon::Impl {
     for (const std::string& address : config.listen)
       if (std::optional<std::string> path = unix_path(address)) paths.push_back(*std::move(path));
     if (!config.shared_memory || paths.empty()) return;
-    Result<std::unique_ptr<MemoryDesk>> desk = MemoryDesk::start(paths, Context::polling_threads());
+    Result<std::unique_ptr<MemoryDesk>> desk = MemoryDesk::start(paths, Context::polling_threads() + 1);
     if (!desk) {
       context.log.write(LogLevel::kWarning, "no_shared_memory", {{"reason", desk.error().message}});
       return;

@@ -34,13 +34,15 @@ void Mailbox::post_always(Entry entry) noexcept {
   runner_.post(std::move(entry.turn), lane_.load(std::memory_order_relaxed));
 }
 
-void Mailbox::run_or_post(Entry step) noexcept {
+void Mailbox::run_or_post(Entry step, Here here) noexcept {
   {
     const MutexLock lock(mutex_);
     if (!push_locked(step)) return;
   }
   const Lane lane = lane_.load(std::memory_order_relaxed);
-  if (!is_brief(ms_.load(std::memory_order_relaxed)) || !runner_.run_here(step.turn, lane))
+  const double ms = ms_.load(std::memory_order_relaxed);
+  const bool may = here == Here::kShort ? ms != kUnforeseen && lane == Lane::kShort : is_brief(ms);
+  if (!may || !runner_.run_here(step.turn, lane))
     runner_.post(std::move(step.turn), lane);
 }
 

@@ -50,10 +50,17 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   /// The same, but never refused: for jobs that something else bounds.
   void post_always(Entry entry) noexcept;
   void post_always(Job job, Kind kind = Kind::kOther) { post_always(prepare(std::move(job), kind)); }
-  /// As post_always(), for a step; but where it is brief, none waits, and the runner has room for a guest,
+  /// Which steps a thread that hands one over may run itself.
+  enum class Here : bool {
+    kBrief,  ///< on a thread that has others to serve
+    kShort,  ///< those of the short lane too, on one of which another remains
+  };
+  /// As post_always(), for a step; but where it may run here, none waits, and the runner has room for a guest,
   /// this thread runs it, and what else makes a turn, before it returns.
-  void run_or_post(Entry step) noexcept;
-  void run_or_post(Job step) { run_or_post(prepare(std::move(step), Kind::kStep)); }
+  void run_or_post(Entry step, Here here = Here::kBrief) noexcept;
+  void run_or_post(Job step, Here here = Here::kBrief) {
+    run_or_post(prepare(std::move(step), Kind::kStep), here);
+  }
 
   static constexpr double kUnforeseen = std::numeric_limits<double>::infinity();
   /// Where the next job runs, and how long a step will take one thread, in milliseconds.

@@ -103,6 +103,7 @@ class Session : public std::enable_shared_from_this<Session> {
   enum class Admission {
     kBounded,  ///< at most the mailbox's capacity may wait
     kAlways,   ///< for callers that bound their frames themselves
+    kHere,     ///< the same, and the caller's thread has time for a short step (Mailbox::Here::kShort)
   };
 
   /// Carries the frame out by the rule of step.proto: a step, another question, or a commit. Its observer is

@@ -19,8 +19,9 @@ void Session::submit(AdmittedFrame given, Admission admission) {
   // taken.
   const auto frame = std::make_shared<AdmittedFrame>(std::move(given));
   Mailbox::Job job = [in_hand = in_hand(), frame] { (*in_hand)->carry_out(*frame); };
-  if (admission == Admission::kAlways) {
-    mailbox_->run_or_post(std::move(job));
+  if (admission != Admission::kBounded) {
+    mailbox_->run_or_post(std::move(job),
+                          admission == Admission::kHere ? Mailbox::Here::kShort : Mailbox::Here::kBrief);
   } else if (!mailbox_->post(std::move(job), Mailbox::Kind::kStep)) {
     frame->observer->answered(limit_met(
         frame_name(frame->number) + ": too many frames of this session wait; send it again after an answer",

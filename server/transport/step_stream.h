@@ -99,7 +99,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   // What a message asks for (step_stream_requests.cpp). Called for one at a time, without the lock.
   void handle(StreamRequest& request, Way way);
   void attach(const v1::Attach& request);
-  void take(StreamRequest& request);
+  void take(StreamRequest& request, Way way);
   void commit(const v1::Commit& request);
   void half_closed();
   Held held();

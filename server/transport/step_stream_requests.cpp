@@ -17,7 +17,7 @@ void StepStream::handle(StreamRequest& request, Way way) {
     case v1::StreamStepsRequest::kAttach:
       return attach(request.message.attach());
     case v1::StreamStepsRequest::kStep:
-      return take(request);
+      return take(request, way);
     case v1::StreamStepsRequest::kCommit:
       return commit(request.message.commit());
     case v1::StreamStepsRequest::kDetach:
@@ -85,7 +85,7 @@ StepStream::Held StepStream::held() {
   return {session_, attachment_};
 }
 
-void StepStream::take(StreamRequest& request) {
+void StepStream::take(StreamRequest& request, Way way) {
   const v1::StepFrame& part = request.message.step();
   const Held held = this->held();
   if (!held.session) return end(out_of_place("a step before attach; name the session first"));
@@ -114,7 +114,7 @@ void StepStream::take(StreamRequest& request) {
   if (!room) room = AnswerRoom();
   held.session->submit(assembly_->finish(reply_to(part.frame(), std::move(record), std::move(assembly_trace_),
                                                   std::move(room).value())),
-                       Session::Admission::kAlways);
+                       way == Way::kPacket ? Session::Admission::kHere : Session::Admission::kAlways);
   assembly_.reset();
 }
 
