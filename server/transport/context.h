@@ -74,9 +74,10 @@ struct Context {
   Gate frames;   ///< accepted and not yet computed
   Tenants tenants;
   Store store;
-  MemoryDesk* memory_desk = nullptr;       ///< null where no memory is shared; set before the first call
-  std::shared_ptr<Recordings> recordings;  ///< null where nothing is recorded; set before the first call
-  Runner runner;                           // last: its threads use all of the above until it has joined them
+  std::atomic<std::uint64_t> shared_bytes{0};  ///< of memory that streams share with their clients
+  MemoryDesk* memory_desk = nullptr;           ///< null where no memory is shared; set before the first call
+  std::shared_ptr<Recordings> recordings;      ///< null where nothing is recorded; set before the first call
+  Runner runner;  // last: its threads use all of the above until it has joined them
 };
 
 }  // namespace warmfront::server
