@@ -28,7 +28,7 @@ struct Config {
   std::vector<std::string> admins;  ///< principals that administer, besides those that the token file says
   std::vector<std::string> quotas;  ///< of principals, as parse_quotas() takes them
   bool reflection = false;          ///< serve grpc.reflection, so that generic tools can call the daemon
-  bool shared_memory = true;        ///< offer it to clients of Unix sockets
+  bool no_shared_memory = false;    ///< offer none to clients of Unix sockets
   bool channelz = false;            ///< serve grpc.channelz, which shows connections and calls
   std::string metrics_listen;       ///< HOST:PORT of /metrics, /healthz and /readyz; empty: none
   std::string record_dir;           ///< where sessions are recorded; empty: nowhere

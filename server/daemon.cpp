@@ -152,7 +152,7 @@ struct Daemon::Impl {
     std::vector<std::string> paths;
     for (const std::string& address : config.listen)
       if (std::optional<std::string> path = unix_path(address)) paths.push_back(*std::move(path));
-    if (!config.shared_memory || paths.empty()) return;
+    if (config.no_shared_memory || paths.empty()) return;
     Result<std::unique_ptr<MemoryDesk>> desk = MemoryDesk::start(paths, Context::polling_threads() + 1);
     if (!desk) {
       context.log.write(LogLevel::kWarning, "no_shared_memory", {{"reason", desk.error().message}});
@@ -251,6 +251,7 @@ struct Daemon::Impl {
                          .max_bytes = context.budget.limit(),
                          .open_streams = context.streams.inside(),
                          .frames_in_flight = context.frames.inside(),
+                         .shared_bytes = context.shared_bytes.load(),
                          .threads = static_cast<std::uint64_t>(context.workers->threads()),
                          .draining = context.lifecycle.draining(),
                          .certificate_expiry = certificates ? certificates->expiry() : 0,

@@ -195,10 +195,9 @@ std::vector<Setting> table() {
              "Serve gRPC reflection, so that generic tools can call the daemon"),
       on_off("channelz", &Config::channelz,
              "Serve gRPC channelz, which shows connections and calls to whoever can connect"),
-      on_off("shared-memory", &Config::shared_memory,
-             "Share memory with clients that come over a Unix socket, for positions and answers; false to "
-             "have all "
-             "go through the socket"),
+      on_off(
+          "no-shared-memory", &Config::no_shared_memory,
+          "Share no memory with clients that come over a Unix socket: positions and answers go through it"),
       text("metrics-listen", &Config::metrics_listen,
            "HOST:PORT of /metrics (Prometheus), /healthz and /readyz over plain HTTP; none by default"),
       text("record-dir", &Config::record_dir,

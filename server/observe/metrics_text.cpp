@@ -120,6 +120,9 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
   f.gauge("warmfront_session_memory_bytes", "Memory charged to sessions: held, or reserved when that is more",
           number(gauges.charged_bytes));
   f.gauge("warmfront_session_memory_limit_bytes", "The limit of that", number(gauges.max_bytes));
+  f.gauge("warmfront_shared_memory_bytes",
+          "Memory shared with clients of Unix sockets, which sessions are charged for",
+          number(gauges.shared_bytes));
   f.gauge("warmfront_open_streams", "StreamSteps calls open", number(gauges.open_streams));
   f.gauge("warmfront_frames_in_flight", "Frames accepted and not yet computed",
           number(gauges.frames_in_flight));

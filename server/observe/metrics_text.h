@@ -19,6 +19,7 @@ struct Gauges {
   std::uint64_t max_bytes = 0;
   std::uint64_t open_streams = 0;
   std::uint64_t frames_in_flight = 0;
+  std::uint64_t shared_bytes = 0;
   std::uint64_t threads = 0;
   bool draining = false;
   std::time_t certificate_expiry = 0;  ///< of the one in force; 0: none

@@ -51,9 +51,8 @@ class AdminService final : public Base {
           const Outcome<SessionId> id = SessionId::parse(received.message.session_id());
           if (!id) return context_.refuse(id.fault());
           Outcome<std::shared_ptr<Session>> session =
-              received.message.has_principal()
-                  ? context_.store.find(id.value(), received.message.principal())
-                  : context_.store.find_any(id.value());
+              received.message.has_principal() ? context_.store.find(id.value(), received.message.principal())
+                                               : context_.store.find_any(id.value());
           if (!session) return context_.refuse(session.fault());
           event.owner = session.value()->owner();
           delete_session(context_, std::move(session).value(), "deleted by an administrator");

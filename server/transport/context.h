@@ -76,6 +76,7 @@ struct Context {
   Gate frames;   ///< accepted and not yet computed
   Tenants tenants;
   Store store;
+  std::atomic<std::uint64_t> shared_bytes{0};  ///< of memory that streams share with their clients
   MemoryDesk* memory_desk = nullptr;       ///< null where no memory is shared; set before the first call
   std::shared_ptr<Recordings> recordings;  ///< null where nothing is recorded; set before the first call
   std::unique_ptr<Audit> audit;            ///< set before the first call

@@ -164,7 +164,8 @@ class Walk {
       case Field::Kind::kString:
         return add(kString + string_bytes(size) + (field.repeated ? kPointer : 0)) && in_.Skip(length);
       case Field::Kind::kNumber:  // packed: a byte each at least
-        return add(field.repeated ? kPlaces * field.width * size : kUnknownField + kString + string_bytes(size)) &&
+        return add(field.repeated ? kPlaces * field.width * size
+                                  : kUnknownField + kString + string_bytes(size)) &&
                in_.Skip(length);
       case Field::Kind::kUnknown:
         break;

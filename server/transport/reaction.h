@@ -54,8 +54,8 @@ void finish_call(Reactor& reactor, grpc::Status status) noexcept {
   reactor.Finish(std::move(status));
 }
 
-/// The reactor of a unary call whose client may give up, which sets a flag that the work looks at. Lives until
-/// gRPC calls OnDone().
+/// The reactor of a unary call whose client may give up, which sets a flag that the work looks at. Lives
+/// until gRPC calls OnDone().
 class CancellableCall final : public grpc::ServerUnaryReactor {
  public:
   void OnCancel() override { given_up_->store(true, std::memory_order_relaxed); }

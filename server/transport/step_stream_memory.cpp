@@ -43,15 +43,6 @@ bool send_memory(PacketConnection& connection, const Outcome<std::shared_ptr<Str
   return sent;
 }
 
-Fault out_of_memory(const std::string& field, const v1::SharedBytes& bytes, const StreamMemory* memory) {
-  return {
-      ErrorCode::kInvalidArgument, Reason::kInvalidInput,
-      field + ": " + std::to_string(bytes.length()) + " bytes from " + std::to_string(bytes.offset()) +
-          " on are not within the stream's shared memory, which " +
-          (memory == nullptr ? "it has none of"
-                             : "has " + std::to_string(const_cast<StreamMemory*>(memory)->mapping().size()))};
-}
-
 }  // namespace
 
 bool StepStream::bind(const std::shared_ptr<PacketConnection>& connection,
@@ -67,7 +58,8 @@ bool StepStream::bind(const std::shared_ptr<PacketConnection>& connection,
         return;
       session = session_;
     }
-    Outcome<std::shared_ptr<StreamMemory>> memory = StreamMemory::create(session->account(), request.bytes());
+    Outcome<std::shared_ptr<StreamMemory>> memory =
+        StreamMemory::create(session->account(), request.bytes(), context_.shared_bytes);
     if (!memory) context_.count_refused(memory.fault(), tenant_.get());
     // A stream that ended meanwhile ends the connection as well.
     const MutexLock lock(mutex_);
@@ -89,7 +81,8 @@ void StepStream::give_memory(const v1::SharedMemoryRequest& request) {
     session = session_;
     connection = connection_;
   }
-  Outcome<std::shared_ptr<StreamMemory>> memory = StreamMemory::create(session->account(), request.bytes());
+  Outcome<std::shared_ptr<StreamMemory>> memory =
+      StreamMemory::create(session->account(), request.bytes(), context_.shared_bytes);
   if (!memory) context_.count_refused(memory.fault(), tenant_.get());
   const MutexLock lock(mutex_);
   if (connection_ != connection) return;
@@ -107,32 +100,16 @@ Outcome<AnswerRoom> StepStream::take_shared(StreamRequest& request, bool first,
     memory = memory_;
     session = session_;
   }
-  const v1::SharedBytes positions = step.shared_positions();
-  const v1::SharedBytes room = step.answer_room();
-  const bool has_positions = step.has_shared_positions();
-  const bool has_room = step.has_answer_room();
-  // Of no use to a recording.
-  step.clear_shared_positions();
-  step.clear_answer_room();
-  const auto invalid = [](std::string what) {
-    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput, std::move(what)};
-  };
-  if (!first || step.more()) return invalid("shared_positions, answer_room: of a frame in one message alone");
-  if (has_positions && (!step.positions().empty() || step.has_moved() || !request.positions.empty()))
-    return invalid("shared_positions: the frame gives positions or what moved as well; give either");
-  if (has_positions && (!memory || !memory->mapping().holds(positions.offset(), positions.length())))
-    return out_of_memory("shared_positions", positions, memory.get());
-  if (has_room && (!memory || !memory->mapping().holds(room.offset(), room.length())))
-    return out_of_memory("answer_room", room, memory.get());
-  if (has_positions) {
-    const std::string_view there = memory->mapping().read(positions.offset(), positions.length());
+  Outcome<SharedParts> parts = take_shared_parts(step, first && request.positions.empty(), memory);
+  if (!parts) return parts.fault();
+  if (const std::optional<std::string_view> positions = parts.value().positions) {
     // The client may write there meanwhile: each byte is read once, and what is recorded is what is computed.
     if (session->companion() != nullptr)
-      step.set_positions(std::string(there));
+      step.set_positions(std::string(*positions));
     else
-      request.positions.push_back(there);
+      request.positions.push_back(*positions);
   }
-  return has_room ? AnswerRoom{memory, room.offset(), room.length()} : AnswerRoom();
+  return std::move(parts).value().room;
 }
 
 bool StepStream::packet(const std::shared_ptr<PacketConnection>& from, std::string_view packet) noexcept {

@@ -48,7 +48,8 @@ std::array<Column, 15> columns_of(const Answer& answer) {
 }  // namespace
 
 Outcome<std::shared_ptr<StreamMemory>> StreamMemory::create(const std::shared_ptr<Account>& account,
-                                                            std::uint64_t bytes) {
+                                                            std::uint64_t bytes,
+                                                            std::atomic<std::uint64_t>& all) {
   constexpr std::uint64_t kMost = std::uint64_t{1} << 40;
   if (bytes == 0 || bytes > kMost)
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
@@ -61,7 +62,50 @@ Outcome<std::shared_ptr<StreamMemory>> StreamMemory::create(const std::shared_pt
   Result<std::shared_ptr<SharedMapping>> mapping = SharedMapping::create(bytes);
   if (!mapping) return limit_met(mapping.error().message, "memory", true);
   holding.set(mapping.value()->size());
-  return std::shared_ptr<StreamMemory>(new StreamMemory(std::move(mapping).value(), std::move(holding)));
+  return std::shared_ptr<StreamMemory>(new StreamMemory(std::move(mapping).value(), std::move(holding), all));
+}
+
+StreamMemory::StreamMemory(std::shared_ptr<SharedMapping> mapping, Holding holding,
+                           std::atomic<std::uint64_t>& all)
+    : mapping_(std::move(mapping)), holding_(std::move(holding)), all_(all) {
+  all_ += mapping_->size();
+}
+
+StreamMemory::~StreamMemory() {
+  all_ -= mapping_->size();
+}
+
+Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool alone,
+                                       const std::shared_ptr<StreamMemory>& memory) {
+  const v1::SharedBytes positions = step.shared_positions();
+  const v1::SharedBytes room = step.answer_room();
+  const bool has_positions = step.has_shared_positions();
+  const bool has_room = step.has_answer_room();
+  // Of no use to a recording.
+  step.clear_shared_positions();
+  step.clear_answer_room();
+  const auto invalid = [](std::string what) {
+    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput, std::move(what)};
+  };
+  if (!alone || step.more())
+    return invalid("shared_positions, answer_room: are of a frame in one message alone");
+  if (has_positions && (!step.positions().empty() || step.has_moved()))
+    return invalid("shared_positions: the frame gives positions or what moved as well; give either");
+  const auto beyond = [&](const char* field, const v1::SharedBytes& bytes) {
+    return invalid(std::string(field) + ": " + std::to_string(bytes.length()) + " bytes from " +
+                   std::to_string(bytes.offset()) +
+                   " on are not within the stream's shared memory, which has " +
+                   std::to_string(memory ? memory->mapping().size() : 0));
+  };
+  const auto holds = [&](const v1::SharedBytes& bytes) {
+    return memory && memory->mapping().holds(bytes.offset(), bytes.length());
+  };
+  if (has_positions && !holds(positions)) return beyond("shared_positions", positions);
+  if (has_room && !holds(room)) return beyond("answer_room", room);
+  SharedParts parts;
+  if (has_positions) parts.positions = memory->mapping().read(positions.offset(), positions.length());
+  if (has_room) parts.room = {memory, room.offset(), room.length()};
+  return parts;
 }
 
 bool put_columns(const Answer& answer, const AnswerRoom& room, v1::SharedColumns& columns) {

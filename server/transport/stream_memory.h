@@ -2,8 +2,10 @@
 // What a stream and its client share: memory, and the tokens by which a client says whose it is. Thread-safe.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -23,18 +25,22 @@ namespace warmfront::server {
 /// Memory that one stream's client sees too, charged to its session for as long as anyone holds it.
 class StreamMemory {
  public:
-  /// RESOURCE_EXHAUSTED where the session may not hold so much more, or there is no memory.
+  /// RESOURCE_EXHAUSTED where the session may not hold so much more, or there is no memory. `all` counts what
+  /// all streams share, and outlives this.
   static Outcome<std::shared_ptr<StreamMemory>> create(const std::shared_ptr<Account>& account,
-                                                       std::uint64_t bytes);
+                                                       std::uint64_t bytes, std::atomic<std::uint64_t>& all);
+  ~StreamMemory();
+  StreamMemory(const StreamMemory&) = delete;
+  StreamMemory& operator=(const StreamMemory&) = delete;
 
   SharedMapping& mapping() { return *mapping_; }
 
  private:
-  StreamMemory(std::shared_ptr<SharedMapping> mapping, Holding holding)
-      : mapping_(std::move(mapping)), holding_(std::move(holding)) {}
+  StreamMemory(std::shared_ptr<SharedMapping> mapping, Holding holding, std::atomic<std::uint64_t>& all);
 
   const std::shared_ptr<SharedMapping> mapping_;
   const Holding holding_;
+  std::atomic<std::uint64_t>& all_;
 };
 
 /// Where a frame's answer may be put; nowhere by default.
@@ -43,6 +49,19 @@ struct AnswerRoom {
   std::uint64_t offset = 0;
   std::uint64_t length = 0;
 };
+
+/// What a frame says of the memory.
+struct SharedParts {
+  /// Its positions, where they are: to be copied once, while `room` or the stream holds the memory.
+  std::optional<std::string_view> positions;
+  AnswerRoom room;
+};
+
+/// Takes that out of the frame's message. `alone`: it is the frame's first message, and without positions
+/// that were left in place. `memory`: the stream's; null where it has none. INVALID_ARGUMENT for what is not
+/// within it, and for a frame that may not say so.
+Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool alone,
+                                       const std::shared_ptr<StreamMemory>& memory);
 
 /// Puts all columns there; false, with nothing written, where they are longer than the room.
 bool put_columns(const Answer& answer, const AnswerRoom& room, v1::SharedColumns& columns);

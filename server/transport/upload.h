@@ -27,8 +27,8 @@ class Upload {
   /// INVALID_ARGUMENT unless everything announced is there.
   std::optional<Fault> complete() const;
 
-  /// Faces, edges and vertices that can be of none of them, as announced: a session's hierarchies hold as many or
-  /// more. After the header only.
+  /// Faces, edges and vertices that can be of none of them, as announced: a session's hierarchies hold as
+  /// many or more. After the header only.
   std::uint64_t element_count() const;
   /// What the session is going to hold; after the header only.
   std::size_t estimate_bytes() const;

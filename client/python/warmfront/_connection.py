@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import os
 import re
+import socket
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Optional
 
 import grpc
 
+from . import _packets
 from ._channels import Channel, ChannelPool
 from ._contacts import error_from
 from ._pieces import pieces_of
@@ -167,7 +169,8 @@ def error_from_call(call: Any) -> WarmfrontError:
 class Connection:
     """To `HOST:PORT` or `unix:PATH`."""
 
-    def __init__(self, address: str, security: Security, timeouts: Timeouts, private: Optional[PrivateDaemon] = None) -> None:
+    def __init__(self, address: str, security: Security, timeouts: Timeouts, private: Optional[PrivateDaemon] = None,
+                 shares_memory: bool = True) -> None:
         """private: the daemon of that address, which ends with the connection."""
         check_address(address)
         if bool(security.cert_file) != bool(security.key_file):
@@ -175,6 +178,7 @@ class Connection:
         self.address = address
         self.timeouts = timeouts
         self._private = private
+        self._shares_memory = shares_memory
         encrypted = bool(security.tls or security.ca_file or security.cert_file)
         authorization = _authorization(address, security, encrypted)
         self._metadata = [("authorization", authorization)] if authorization else []
@@ -204,6 +208,13 @@ class Connection:
         # Runs at once if the call is already over.
         call.add_done_callback(lambda _: self._channels.give_back(channel))
         return call
+
+    @property
+    def memory_socket(self) -> Optional[str]:
+        """The path of the socket of shared memory, where the daemon may be asked for it."""
+        if not self._shares_memory or not self.address.startswith("unix:") or not hasattr(socket, "recv_fds"):
+            return None
+        return self.address[len("unix:"):] + _packets.SUFFIX
 
     @property
     def is_private(self) -> bool:

@@ -9,6 +9,7 @@ from typing import Any, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
+from ._memory import Block
 from ._topology import Topology
 from ._wire import Malformed, fields
 from ._stencils import STENCILS
@@ -18,7 +19,11 @@ from .v1 import errors_pb2, step_pb2
 
 # Of v1.StreamStepsResponse and v1.StepAnswer.
 _ANSWER = 1
-_FRAME, _CONTACTS, _LAST, _SUMMARY, _DISTANCES, _WORLDS, _WORLD_TOIS = 1, 2, 3, 4, 5, 6, 7
+_FRAME, _CONTACTS, _LAST, _SUMMARY, _DISTANCES, _WORLDS, _WORLD_TOIS, _SHARED = 1, 2, 3, 4, 5, 6, 7, 8
+# Bits of v1.SharedColumns, beside the numbers of ContactColumns' fields.
+_SHARED_DISTANCES, _SHARED_WORLDS, _SHARED_WORLD_TOIS = 13, 14, 15
+# Shorter answers are copied out of shared memory, so that none of them keeps its room.
+_COPIED_BYTES = 1 << 14
 # Of v1.ContactColumns: name, type, shape of a row.
 _COLUMNS: dict[int, tuple[str, str, tuple[int, ...]]] = {
     1: ("kind", "u1", ()),
@@ -33,6 +38,12 @@ _COLUMNS: dict[int, tuple[str, str, tuple[int, ...]]] = {
     10: ("direction", "<f8", (3,)),
     11: ("multiplicity", "<u4", ()),
     12: ("stencil", "u1", ()),
+}
+# Of v1.SharedColumns besides.
+_BESIDES: dict[int, tuple[str, str, tuple[int, ...]]] = {
+    _SHARED_DISTANCES: ("distances", "<f8", ()),
+    _SHARED_WORLDS: ("worlds", "<u4", ()),
+    _SHARED_WORLD_TOIS: ("world_tois", "<f8", ()),
 }
 _EDGE_FACE = 2  # the kind of all rows of intersections, which have five vertices
 _ALWAYS = ("kind", "status", "v", "toi")
@@ -52,6 +63,49 @@ class AnswerPart:
     distances: Optional[npt.NDArray[np.float64]] = None  # of vertices, and a view, too
     worlds: Optional[npt.NDArray[np.uint32]] = None  # and these are
     world_tois: Optional[npt.NDArray[np.float64]] = None
+    shared: Any = None  # step_pb2.SharedColumns
+    bulk: int = 0  # bytes that it lists, where they are in the message
+
+    def fill_from(self, room: Optional[Block]) -> None:
+        """Columns that are in shared memory, as views there: the room is not used again while any of them lives. InternalError
+        where they are not within it."""
+        if self.shared is None:
+            return
+        if room is None:
+            raise malformed("its columns are in shared memory, and it was given no room there")
+        summary = self.summary
+        counts = {_SHARED_DISTANCES: summary.distances, _SHARED_WORLDS: summary.worlds, _SHARED_WORLD_TOIS: summary.worlds}
+        begin = end = self.shared.offset - room.offset
+        places: list[tuple[int, int, int]] = []  # number, and first and last byte in the room
+        for number, (name, dtype, shape) in {**_COLUMNS, **_BESIDES}.items():
+            if not self.shared.columns >> number & 1:
+                continue
+            if name == "v" and summary.ef > 0:
+                shape = (5,)
+            first = end + -(room.offset + end) % 64
+            end = first + counts.get(number, summary.rows) * int(np.dtype(dtype).itemsize * np.prod(shape, dtype=int))
+            if not 0 <= begin <= end <= room.size:
+                raise malformed("its columns are not within the room that it was given")
+            places.append((number, first, end))
+        data = room.data.view()
+        data.flags.writeable = False
+        if end - begin <= _COPIED_BYTES:
+            data = np.frombuffer(data[begin:end].tobytes(), np.uint8)
+        else:
+            begin = 0
+        columns: Columns = {}
+        for number, first, last in places:
+            array = data[first - begin:last - begin]
+            if number == _SHARED_DISTANCES:
+                self.distances = array.view("<f8")
+            elif number == _SHARED_WORLDS:
+                self.worlds = array.view("<u4")
+            elif number == _SHARED_WORLD_TOIS:
+                self.world_tois = array.view("<f8")
+            else:
+                name, dtype, shape = _COLUMNS[number]
+                columns[name] = array.view(dtype).reshape(-1, *((5,) if name == "v" and summary.ef > 0 else shape))
+        self.columns = _checked(columns)
 
 
 def malformed(what: str) -> InternalError:
@@ -84,6 +138,7 @@ def _parse_answer(view: memoryview) -> AnswerPart:
             part.frame = value
         elif number == _CONTACTS and isinstance(value, memoryview):
             part.columns = _parse_columns(value)
+            part.bulk += len(value)
         elif number == _LAST:
             part.last = bool(value)
         elif number == _SUMMARY and isinstance(value, memoryview):
@@ -92,6 +147,9 @@ def _parse_answer(view: memoryview) -> AnswerPart:
             if len(value) % 8:
                 raise malformed(f"distances of {len(value)} bytes")
             part.distances = np.frombuffer(value, "<f8")
+            part.bulk += len(value)
+        elif number == _SHARED and isinstance(value, memoryview):
+            part.shared = step_pb2.SharedColumns.FromString(bytes(value))
         elif number == _WORLDS and isinstance(value, memoryview):
             if len(value) % 4:
                 raise malformed(f"worlds of {len(value)} bytes")
@@ -116,6 +174,11 @@ def _parse_columns(view: memoryview) -> Columns:
         if len(value) % size:
             raise malformed(f"column {name} of {len(value)} bytes")
         columns[name] = np.frombuffer(value, dtype).reshape(-1, *shape)
+    return _checked(columns)
+
+
+def _checked(columns: Columns) -> Columns:
+    """InternalError for what is no answer."""
     if columns:
         rows = len(columns.get("kind", ()))
         if any(len(column) != rows for column in columns.values()) or any(name not in columns for name in _ALWAYS):

@@ -104,13 +104,13 @@ class Exchange:
         if link.stream is None or link.draining:
             return
         if link.echo is not None and not link.echo_sent:
-            for message in link.echo.messages:
+            for message in link.echo.to_send(link.region, link.room):
                 link.stream.write(message)
             link.echo_sent = True
         while link.sent < min(len(link.unanswered), link.window - (link.echo is not None)):
             request = link.unanswered[link.sent].fitted(link.chunk_bytes)
             link.unanswered[link.sent] = request
-            for message in request.messages:
+            for message in request.to_send(link.region, link.room):
                 link.stream.write(message)
             link.sent += 1
 
@@ -166,9 +166,15 @@ class Exchange:
         request = link.unanswered[0] if link.echo is None else link.echo
         if part.frame != request.number:
             link.fail(InternalError(f"the daemon answered frame {part.frame} where frame {request.number} is due"))
+        try:
+            part.fill_from(request.room)
+        except InternalError as error:
+            link.fail(error)
         link.partial.append(part)
         if not part.last:
             return None
+        link.wanted_room = max(link.wanted_room, sum(one.bulk for one in link.partial))
+        request.room = None
         summary = part.summary
         if link.known is not None:
             if summary.state_before != link.known:

@@ -10,12 +10,14 @@ from collections.abc import Sequence
 from struct import pack
 from typing import Optional, Union
 
+from ._memory import Block, SharedRegion
 from ._question import Question, QuestionKind
-from ._wire import FIXED64, Bytes, field, number_field, varint
+from ._wire import FIXED64, Bytes, field, fields, number_field, varint
 
 # Of v1.StreamStepsRequest, v1.StepFrame and v1.MovedParts.
 _STEP, _COMMIT = 1, 4
-_FRAME, _POSITIONS, _MORE, _MOVED, _QUESTION = 1, 2, 3, 4, 5
+_FRAME, _POSITIONS, _MORE, _MOVED, _QUESTION, _SHARED_POSITIONS, _ANSWER_ROOM = 1, 2, 3, 4, 5, 6, 7
+_OFFSET, _LENGTH = 1, 2  # of v1.SharedBytes
 _COMMIT_FRAME, _COMMIT_FRACTION = 1, 2
 BODIES, BODY_POSITIONS, POSE_BODIES, POSES, VERTICES, VERTEX_POSITIONS = 1, 2, 3, 4, 5, 6
 
@@ -26,16 +28,21 @@ class SentFrame:
     """Either all positions, or what moved; a step, or another question."""
 
     def __init__(self, number: int, positions: Optional[Bytes], moved: Sequence[Part], chunk_bytes: int,
-                 question: Question = Question("step")) -> None:
+                 question: Question = Question("step"), block: Optional[Block] = None) -> None:
         """Without positions the frame carries `moved`, fields of v1.MovedParts. No message holds more than `chunk_bytes`
-        of bulk."""
+        of bulk. block: where the positions are, in memory that the daemon sees: messages are made when they are needed then."""
         self.number = number
         self.question = question
         self.whole = positions is not None
+        self.room: Optional[Block] = None  # where its answer may be put
+        self._block = block
         self.messages: list[bytes] = []  # v1.StreamStepsRequest, serialized
         self._chunk_bytes = chunk_bytes
         parts = [(_POSITIONS, positions)] if positions is not None else moved
         self._pieces: dict[int, list[memoryview]] = {part: [] for part, _ in parts}
+        if block is not None and positions is not None:
+            self._pieces[_POSITIONS].append(memoryview(positions))
+            return
         if sum(len(data) for _, data in parts) <= chunk_bytes:
             self._add(parts, False)
             return
@@ -52,11 +59,30 @@ class SentFrame:
             return self
         return self.asked(self.question, chunk_bytes)
 
+    def to_send(self, region: Optional[SharedRegion], room: int) -> list[bytes]:
+        """Its messages. region: that the daemon sees, where `room` bytes are kept for the answer, if there are any."""
+        self.room = None if region is None else region.take(room)
+        tail = [] if self.room is None else field(_ANSWER_ROOM, _place_of(self.room))
+        if self._block is not None and region is self._block.region:
+            head = number_field(_FRAME, self.number)
+            if self.question.content:
+                head += b"".join(field(_QUESTION, self.question.content))
+            return [b"".join(field(_STEP, head, *field(_SHARED_POSITIONS, _place_of(self._block)), *tail))]
+        if not self.messages:  # the daemon does not see the block
+            self.room = None
+            return SentFrame(self.number, self.positions(), [], self._chunk_bytes, self.question).messages
+        if self.room is None or len(self.messages) > 1:
+            self.room = None
+            return self.messages
+        _, content = next(fields(memoryview(self.messages[0])))
+        assert isinstance(content, memoryview)
+        return [b"".join(field(_STEP, content, *tail))]
+
     def asked(self, question: Question, chunk_bytes: int) -> SentFrame:
         """Another question of the same frame."""
         positions = self.positions() if self.whole else None
         moved = [] if self.whole else [(part, self.bytes_of(part)) for part in self._pieces]
-        return SentFrame(self.number, positions, moved, chunk_bytes, question)
+        return SentFrame(self.number, positions, moved, chunk_bytes, question, self._block)
 
     @property
     def kind(self) -> QuestionKind:
@@ -111,6 +137,7 @@ class SentCommit:
     counts = True
     is_trial = False
     needs_trial = True
+    room: Optional[Block] = None  # its answer has no rows
 
     def __init__(self, number: int, fraction: float) -> None:
         self.number = number
@@ -121,6 +148,15 @@ class SentCommit:
     def fitted(self, chunk_bytes: int) -> SentCommit:
         """It fits everywhere."""
         return self
+
+    def to_send(self, region: Optional[SharedRegion], room: int) -> list[bytes]:
+        """As SentFrame's."""
+        return self.messages
+
+
+def _place_of(block: Block) -> bytes:
+    """A v1.SharedBytes."""
+    return number_field(_OFFSET, block.offset) + number_field(_LENGTH, block.size)
 
 
 Request = Union[SentFrame, SentCommit]

@@ -95,8 +95,9 @@ class Remote:
             request = SentFrame(number, None, motion.parts, link.chunk_bytes, question)
         else:
             try:
+                link.enlarge_rooms()
                 request = link.state.encode(number, motion.positions, motion.bodies or {}, motion.poses or {}, motion.vertices,
-                                            motion.vertex_positions, link.chunk_bytes, question)
+                                            motion.vertex_positions, link.chunk_bytes, question, link.region)
             except WarmfrontError as error:
                 link.may_commit = False  # as after any question that fails
                 raise type(error)(f"frame {number}: {error.message}") from None

@@ -9,6 +9,7 @@ from typing import Any, NoReturn, Optional
 from ._connection import Connection
 from ._contacts import AnswerPart
 from ._frame import Request, SentFrame
+from ._memory import SharedRegion, room_of
 from ._question import question_of
 from ._state import SceneState, raw
 from ._stream import StepStream
@@ -23,6 +24,9 @@ _LONGEST_BACKOFF = 2.0
 _PRIVATE_WAIT = 2.0  # seconds that a daemon of one's own may take to accept a connection
 # Positions per message: large enough to be fast, small enough not to delay the connection's other streams.
 _FRAME_CHUNK = 4 << 20
+_LEAST_ROOM = 1 << 16
+_ANSWERS = 4  # the last trial's, the one under way, and two that the caller may have
+_MOST_POSITIONS = 256 << 20
 # Bytes of a message besides its bulk field.
 _MESSAGE_OVERHEAD = 1024
 
@@ -58,6 +62,8 @@ class Link:
         self.stream: Optional[StepStream] = None
         self.window = 1
         self.chunk_bytes = _FRAME_CHUNK  # of positions in one message
+        # In memory that the daemon shares: for an answer there is `room`, and `wanted_room` would have been enough.
+        self.room = self.wanted_room = _LEAST_ROOM
         self.draining = False
         self.recreate = False  # the daemon's copy is not this session
         self.changing = False  # a change was sent and is not yet answered
@@ -75,6 +81,19 @@ class Link:
     def asked_fields(self) -> list[str]:
         """The optional columns of contacts."""
         return [descriptor.name for descriptor, wanted in self.header.options.fields.ListFields() if wanted]
+
+    @property
+    def region(self) -> Optional[SharedRegion]:
+        """Memory that the daemon shares; None where it does not."""
+        return None if self.stream is None else self.stream.region
+
+    def enlarge_rooms(self) -> None:
+        """Where answers turned out longer than their room, more memory is asked for between two frames."""
+        if self.wanted_room <= self.room or self.unanswered or self.stream is None or self.stream.region is None:
+            return
+        # For one that is somewhat longer.
+        self.room = self.wanted_room = 1 << (3 * self.wanted_room // 2 + 1024).bit_length()
+        self.stream.ask_for_memory(self._memory_for(self.room))
 
     def time_left(self, most: float) -> float:
         """Seconds, `most` at most. TimeUp when there are none."""
@@ -217,12 +236,27 @@ class Link:
         self.sent = 0
         self.partial = []
         self.draining = False
+        self._share_memory()
         needed = len(self.unanswered) > 0 and self.unanswered[0].needs_trial
         self.echo = None
         if needed and not self._ahead and self.trial is not None:
             self.echo = self.trial[0].asked(question_of("trial", report="count"), self.chunk_bytes)
         self.echo_sent = False
         self.echo_error = None
+
+    def _share_memory(self) -> None:
+        """Has messages go by packets, and memory shared, where the daemon offers it."""
+        path = self.connection.memory_socket
+        if path is None or self.stream is None or not self._attached.HasField("shared_memory"):
+            return
+        self.room = self.wanted_room
+        self.stream.share(path, self.session_id, self._attached.shared_memory.token, self._memory_for(self.room))
+
+    def _memory_for(self, room: int) -> int:
+        """Of the last frame's positions, the last trial's, and those under way; and of answers with so much room each."""
+        positions = room_of(len(self.state.positions()))
+        frames = min(max(_MOST_POSITIONS // positions, 2), 4)
+        return int(frames * positions + _ANSWERS * room_of(room))
 
     def _attached_is_own(self) -> bool:
         """Is the attached copy in the state `known`, or ahead of it by unanswered requests?"""

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from . import _frame
 from ._frame import Part, SentFrame
+from ._memory import SharedRegion
 from ._part_way import pose_part_way, vertices_part_way
 from ._screw import pose_along_screw
 from ._question import Question
@@ -98,10 +99,14 @@ class SceneState:
     # Frames.
 
     def encode(self, number: int, positions: Any, bodies: Mapping[int, Any], poses: Mapping[int, Any], vertices: Any,
-               vertex_positions: Any, chunk_bytes: int, question: Question) -> SentFrame:
-        """A frame's messages. Raises as read()."""
+               vertex_positions: Any, chunk_bytes: int, question: Question, region: Optional[SharedRegion] = None) -> SentFrame:
+        """A frame's messages. Raises as read(). region: that the daemon sees, and all positions are put into where it has room."""
         array, parts = self.read(positions, bodies, poses, vertices, vertex_positions)
         if array is not None:
+            block = None if region is None else region.take(array.nbytes)
+            if block is not None:
+                block.data[:] = np.frombuffer(raw(array), np.uint8)
+                return SentFrame(number, raw(block.data), [], chunk_bytes, question, block)
             return SentFrame(number, raw(array), [], chunk_bytes, question)
         joined = [(part, pieces[0] if len(pieces) == 1 else b"".join(pieces)) for part, pieces in parts]
         return SentFrame(number, None, [part for part in joined if len(part[1]) > 0], chunk_bytes, question)

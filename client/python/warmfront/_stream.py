@@ -14,8 +14,13 @@ import grpc
 
 from ._connection import Connection, error_from_call
 from ._contacts import AnswerPart, parse_response
+from ._memory import SharedRegion
+from ._packets import MOST_BYTES, PacketChannel
 from .errors import DeadlineExceededError, UnavailableError
 from .v1 import step_pb2
+
+
+_ON_STREAM = step_pb2.StreamStepsRequest(on_stream=step_pb2.OnStream()).SerializeToString()
 
 
 class _Watchdog:
@@ -76,14 +81,61 @@ class StepStream:
         self._call = connection.stream(_serve(self._requests), session_id)
         self._watchdog = _Watchdog(self._call)
         self._is_open = True
+        self._packets: Optional[PacketChannel] = None  # None: all goes by the call
+        self._on_stream = False  # the next message does
         _open_streams.add(self)
 
     def write(self, message: bytes) -> None:
         """Sends a serialized v1.StreamStepsRequest. Accepted even if the stream is over: reads report that."""
+        if self._packets is not None:
+            try:
+                if len(message) <= MOST_BYTES:
+                    self._packets.send(message)
+                    return
+                self._packets.send(_ON_STREAM)
+            except OSError:
+                return  # its end is read
         self._requests.put(message)
+
+    def share(self, path: str, session_id: str, token: bytes, size: int) -> None:
+        """Messages go by packets from now on, where the daemon binds the stream; after the attach was answered."""
+        try:
+            self._packets = PacketChannel(path, session_id, token, size)
+        except OSError:
+            self._packets = None
+        if not self._is_open and self._packets is not None:  # closed meanwhile by another thread
+            self._packets.shut()
+
+    @property
+    def region(self) -> Optional[SharedRegion]:
+        """Memory that frames may be in; None where none is shared."""
+        return None if self._packets is None else self._packets.region
+
+    def ask_for_memory(self, size: int) -> None:
+        """As PacketChannel has it."""
+        if self._packets is not None:
+            self._packets.ask_for(size)
 
     def read(self, timeout: float) -> Union[AnswerPart, step_pb2.StreamStepsResponse]:
         """The next message; waits at most `timeout` seconds."""
+        while self._packets is not None and not self._on_stream:
+            try:
+                packet = self._packets.receive(timeout)
+            except TimeoutError:
+                raise DeadlineExceededError(f"no answer within {timeout:g} s") from None
+            if not packet:  # the rest comes by the call, and its end
+                self._packets.close()
+                self._packets = None
+                break
+            response = parse_response(packet)
+            if isinstance(response, AnswerPart) or not response.HasField("on_stream"):
+                return response
+            self._on_stream = True
+        response = self._read_call(timeout)
+        self._on_stream = False
+        return response
+
+    def _read_call(self, timeout: float) -> Union[AnswerPart, step_pb2.StreamStepsResponse]:
         self._watchdog.arm(timeout)
         try:
             message = next(self._call)
@@ -103,6 +155,9 @@ class StepStream:
         if not self._is_open:
             return
         self._is_open = False
+        packets = self._packets
+        if packets is not None:
+            packets.shut()
         self._requests.put(None)
         self._watchdog.end()
         self._call.cancel()

@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # who computes in this process needs no gRPC, and does not wa
 
 
 def connect(address: Optional[str] = None, *, security: Security = Security(), timeouts: Timeouts = Timeouts(),
-            flags: Sequence[str] = (), patience: Optional[Timeouts] = None) -> Client:
+            flags: Sequence[str] = (), patience: Optional[Timeouts] = None, shared_memory: bool = True) -> Client:
     """Connects to `HOST:PORT` or `unix:PATH`; InvalidArgumentError, which is a ValueError, for anything else, such as an URL.
 
     Without an address a daemon of this process's own is started: the program that $WARMFRONTD names, or the one beside this
@@ -32,6 +32,9 @@ def connect(address: Optional[str] = None, *, security: Security = Security(), t
     process, however that ends. A session does not survive it.
 
     patience: the name of `timeouts` before.
+
+    shared_memory: with a daemon that is reached by a Unix socket, or is this process's own, and offers it, positions and
+    answers go through memory that both see, with the same bits; see README.md. Otherwise all goes by the socket.
 
     UnavailableError, with the system's reason, when no daemon answers within `timeouts.call`, which is also what a failed
     TLS handshake looks like, and when none can be started; UnauthenticatedError for a token that it does not know;
@@ -50,7 +53,7 @@ def connect(address: Optional[str] = None, *, security: Security = Security(), t
         address = private.address
     elif flags:
         raise InvalidArgumentError("flags: they are of a daemon that is started; give either an address or flags")
-    connection = Connection(address, security, timeouts, private)
+    connection = Connection(address, security, timeouts, private, shared_memory)
     try:
         connection.server_info()
     except BaseException:
