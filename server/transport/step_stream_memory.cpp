@@ -27,6 +27,19 @@ PacketConnection::Sent send(PacketConnection& connection, const grpc::ByteBuffer
   return connection.send(pieces, file);
 }
 
+/// A message, or null: the notice that it comes by the stream. Without memory the connection counts as lost,
+/// and the stream takes its place: a write that has begun must go somewhere.
+PacketConnection::Sent send_noexcept(PacketConnection& connection, const grpc::ByteBuffer* message) noexcept {
+  try {
+    if (message != nullptr) return send(connection, *message);
+    v1::StreamStepsResponse notice;
+    notice.mutable_on_stream();
+    return send(connection, serialize(notice));
+  } catch (const std::exception&) {
+    return PacketConnection::Sent::kLost;
+  }
+}
+
 /// A message of which there is a descriptor.
 bool send_memory(PacketConnection& connection, const Outcome<std::shared_ptr<StreamMemory>>& memory) {
   v1::StreamStepsResponse response;
@@ -161,9 +174,7 @@ void StepStream::unbind_locked() {
 void StepStream::send_locked() {
   if (connection_) {
     const bool fits = current_.Length() <= PacketConnection::kMostBytes;
-    v1::StreamStepsResponse notice;
-    if (!fits) notice.mutable_on_stream();
-    switch (send(*connection_, fits ? current_ : serialize(notice))) {
+    switch (send_noexcept(*connection_, fits ? &current_ : nullptr)) {
       case PacketConnection::Sent::kWhole:
         if (!fits) break;
         return written_locked();
@@ -204,8 +215,13 @@ void StepStream::take_waiting_locked() {
   const bool ok = std::exchange(read_, Read::kNone) == Read::kMessageWaits;
   on_stream_ = false;
   happened_locked(StreamEvent::Kind::kReadDone);
-  run_in_turn(context_, tenant_,
-              [self = shared_from_this(), ok] { self->handling([&] { self->handle_read(ok); }); });
+  try {
+    run_in_turn(context_, tenant_,
+                [self = shared_from_this(), ok] { self->handling([&] { self->handle_read(ok); }); });
+  } catch (const std::exception&) {
+    if (!end_ || end_->ok()) end_ = status_of_exception();
+    break_locked(StreamEvent::Kind::kHandlingFailed);
+  }
 }
 
 }  // namespace warmfront::server
