@@ -14,6 +14,7 @@
 #include "client/cli/progress.h"
 #include "client/io/file.h"
 #include "client/io/info_json.h"
+#include "client/io/mdd.h"
 #include "client/io/mesh.h"
 #include "client/io/mesh_file.h"
 #include "client/io/pc2.h"
@@ -28,6 +29,7 @@ struct SceneArguments {
   std::string folder;
   std::string triangles;
   std::string frames;
+  std::string cache = "pc2";
   std::string json_file;
   bool list = false;
 };
@@ -55,23 +57,29 @@ SceneInfo describe(const scenes::SceneSpec& spec, const SceneDescription& scene)
   return info;
 }
 
-/// Writes mesh.ply, frames.pc2 and info.json into the folder.
+/// Writes mesh.ply, frames.pc2 or frames.mdd, and info.json into the folder.
 Status write_scene(const scenes::SceneSpec& spec, scenes::Animation& animation, const SceneInfo& info,
-                   const std::filesystem::path& folder) {
+                   const std::filesystem::path& folder, bool mdd) {
   const Mesh mesh{animation.frame(0), animation.scene().faces, {}, animation.scene().edges};
   if (Status s = write_file((folder / "mesh.ply").string(), format_ply(mesh, info.name + " frame 0")); !s)
     return s;
   Pc2Header header;
   header.point_count = animation.scene().vertex_count;
   header.sample_count = spec.frames;
-  Result<Pc2Writer> cache = Pc2Writer::create((folder / "frames.pc2").string(), header);
-  if (!cache) return cache.error();
-  Progress progress("frame", spec.frames);
-  for (std::uint32_t frame = 0; frame < spec.frames; ++frame) {
-    cache.value().append(animation.frame(frame));
-    progress.update(frame + 1);
-  }
-  if (Status status = cache.value().close(); !status) return status;
+  const auto append_all = [&](auto cache) -> Status {
+    if (!cache) return cache.error();
+    Progress progress("frame", spec.frames);
+    for (std::uint32_t frame = 0; frame < spec.frames; ++frame) {
+      cache.value().append(animation.frame(frame));
+      progress.update(frame + 1);
+    }
+    return cache.value().close();
+  };
+  const Status written =
+      mdd ? append_all(MddWriter::create((folder / "frames.mdd").string(), {spec.frames, header.point_count},
+                                         1 / info.fps))
+          : append_all(Pc2Writer::create((folder / "frames.pc2").string(), header));
+  if (!written) return written;
   return write_file((folder / "info.json").string(), format_info_json(info));
 }
 
@@ -130,7 +138,7 @@ int scene(const SceneArguments& arguments) {
     if (const Status status = check_no_meshes(arguments.folder); !status)
       return failure(status.error().message);
   if (const Status status = animation->keeps_topology()
-                                ? write_scene(spec, *animation, info, arguments.folder)
+                                ? write_scene(spec, *animation, info, arguments.folder, arguments.cache == "mdd")
                                 : write_meshes(spec, *animation, changes, arguments.folder);
       !status)
     return failure(status.error().message);
@@ -161,6 +169,9 @@ Verb add_scene(CLI::App& app) {
          "Folder for mesh.ply, frames.pc2 and info.json, or, where the topology changes, for a mesh a frame "
          "as `detect --remeshed` takes them; created if missing")
       ->type_name("DIR");
+  app.add_option("--cache", a.cache, "Format of the frames: frames.pc2, or frames.mdd")
+      ->check(CLI::IsMember({"pc2", "mdd"}))
+      ->capture_default_str();
   app.add_option("--triangles", a.triangles, "Approximate number of triangles")->type_name("N");
   app.add_option("--frames", a.frames, "Number of frames")->type_name("N");
   app.add_option("--json", a.json_file,

@@ -11,6 +11,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/io/file.h"
 #include "client/io/mesh_file.h"
+#include "client/io/point_cache.h"
 
 namespace warmfront::client {
 namespace {
@@ -71,7 +72,7 @@ std::vector<std::vector<std::string>> group_inputs(std::span<const std::string> 
   std::vector<std::vector<std::string>> groups;
   std::optional<std::size_t> meshes;
   for (const std::string& path : paths) {
-    const bool mesh = is_mesh_file_name(path);
+    const bool mesh = is_mesh_file_name(path) || is_point_cache_name(path);
     if (mesh && meshes) {
       groups[*meshes].push_back(path);
       continue;

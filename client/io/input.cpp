@@ -2,7 +2,11 @@
 // Selects the kind of input, and the built-in ones: see input.h.
 #include "client/io/input.h"
 
+#include <algorithm>
+
 #include "client/io/mesh_file.h"
+#include "client/io/point_cache.h"
+#include "client/io/text.h"
 #include "client/scenes/catalog.h"
 
 namespace warmfront::client {
@@ -63,8 +67,16 @@ Status check_input_arguments(std::span<const std::string> arguments, std::size_t
       return spec ? Status() : Status(spec.error());
     }
     if (is_mesh_file_name(arguments[0]) && least_frames > 1)
-      return invalid_argument(arguments[0] + " is one frame: give two or more mesh files, or a folder");
+      return invalid_argument(arguments[0] +
+                              " is one frame: give two or more mesh files, a cache of positions after it, or a folder");
+    if (is_point_cache_name(arguments[0]))
+      return invalid_argument(arguments[0] + " has positions alone: give the mesh file before it");
     return {};
+  }
+  const auto cache = std::ranges::find_if(arguments, is_point_cache_name);
+  if (cache != arguments.end()) {
+    if (arguments.size() == 2 && cache == arguments.begin() + 1 && is_mesh_file_name(arguments[0])) return {};
+    return invalid_argument(*cache + ": a cache comes after one mesh file (.ply, .obj or .stl), and nothing else");
   }
   for (const std::string& argument : arguments) {
     if (is_builtin(argument)) return invalid_argument(argument + " stands alone: give no other input");
@@ -92,9 +104,12 @@ Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments
                                           TopologyChanges changes) {
   if (const Status status = check_input_arguments(arguments, least_frames); !status) return status.error();
   const std::string& name = arguments[0];
+  if (arguments.size() == 2 && is_point_cache_name(arguments[1]))
+    return open_mesh_and_cache_input(name, arguments[1], least_frames);
   const bool builtin = name.starts_with(scenes::kBuiltinPrefix);
   if (arguments.size() > 1 || (!builtin && is_mesh_file_name(name)))
     return open_mesh_files_input(arguments, least_frames, changes);
+  if (!builtin && has_ending(name, ".npz")) return open_npz_input(name, least_frames);
   return builtin ? open_builtin_input(name, changes) : open_folder_input(name, least_frames);
 }
 

@@ -72,10 +72,12 @@ class Input {
 std::uint32_t frames_of_all_parts(const Input& first);
 
 /// Checks the form of the arguments without opening a file; an error says what to give. They are
-/// - one folder with mesh.ply and frames.pc2, or with t0.ply, t1.ply, ...; and info.json (info_json.h) for
+/// - one folder with mesh.ply and frames.pc2 (or frames.mdd), or with t0.ply, t1.ply, ...; and info.json (info_json.h) for
 ///   the bodies, filters and thickness;
 /// - two or more mesh files (.ply, .obj, .stl) of one topology, which are successive frames; or one, where
 ///   `least_frames` is 1;
+/// - a mesh file and a cache of its vertices' positions (.pc2, .mdd, .npy), in this order;
+/// - one .npz file with the arrays `positions` (frames, n, 3), `faces` (m, 3) and perhaps `edges` (k, 2);
 /// - one `builtin:NAME`, with `?key=value&...` (client/scenes/catalog.h).
 /// With TopologyChanges::kAny mesh files may differ in topology; each is then read twice.
 Status check_input_arguments(std::span<const std::string> arguments, std::size_t least_frames = 2);
@@ -89,8 +91,11 @@ Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments
 /// Where the scene's filters need a rest shape and have none, it is the input's first frame.
 Status rest_at_first_frame(Input& input, SceneDescription& scene);
 
-/// Opens one folder, and mesh files.
+/// Opens one folder, a mesh with its cache, a .npz file, and mesh files.
 Result<std::unique_ptr<Input>> open_folder_input(const std::string& folder, std::size_t least_frames = 2);
+Result<std::unique_ptr<Input>> open_mesh_and_cache_input(const std::string& mesh, const std::string& cache,
+                                                         std::size_t least_frames = 2);
+Result<std::unique_ptr<Input>> open_npz_input(const std::string& path, std::size_t least_frames = 2);
 Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths,
                                                      std::size_t least_frames = 2,
                                                      TopologyChanges changes = TopologyChanges::kRefused);

@@ -8,7 +8,8 @@
 #include "client/io/info_json.h"
 #include "client/io/input.h"
 #include "client/io/mesh_file.h"
-#include "client/io/pc2.h"
+#include "client/io/npy.h"
+#include "client/io/point_cache.h"
 
 namespace warmfront::client {
 namespace {
@@ -46,17 +47,33 @@ Status add_info(const fs::path& folder, SceneDescription& scene) {
 /// A mesh and its point cache.
 class CacheInput final : public Input {
  public:
-  CacheInput(std::string name, SceneDescription scene, Pc2Reader cache, std::vector<std::string> notes)
-      : Input(std::move(name), std::move(scene), cache.header().sample_count, std::move(notes)),
+  CacheInput(std::string name, SceneDescription scene, std::unique_ptr<PointCache> cache,
+             std::vector<std::string> notes)
+      : Input(std::move(name), std::move(scene), cache->frame_count(), std::move(notes)),
         cache_(std::move(cache)) {}
 
   Status read_frame(std::uint32_t index, PositionBuffer& positions) override {
-    if (positions.index() != 0) positions.emplace<0>();
-    return cache_.read(index, std::get<0>(positions));
+    return cache_->read(index, positions);
   }
 
  private:
-  Pc2Reader cache_;
+  std::unique_ptr<PointCache> cache_;
+};
+
+/// The arrays of a .npz file.
+class NpzInput final : public Input {
+ public:
+  NpzInput(std::string name, SceneDescription scene, NpyArray positions, std::vector<std::string> notes)
+      : Input(std::move(name), std::move(scene), static_cast<std::uint32_t>(positions.header().shape[0]),
+              std::move(notes)),
+        positions_(std::move(positions)) {}
+
+  Status read_frame(std::uint32_t index, PositionBuffer& positions) override {
+    return positions_.read_frame(index, positions);
+  }
+
+ private:
+  NpyArray positions_;
 };
 
 using Faces = std::vector<std::array<std::int32_t, 3>>;
@@ -133,30 +150,36 @@ Result<std::size_t> count_alike(std::span<const std::string> paths) {
   return alike;
 }
 
-Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder, std::size_t least_frames) {
-  const std::string mesh_path = (folder / "mesh.ply").string();
-  const std::string cache_path = (folder / "frames.pc2").string();
+Error too_few_frames(const std::string& path, std::uint64_t frames, std::size_t least_frames) {
+  return invalid_argument(path + ": " + std::to_string(frames) + " frames, but " +
+                          std::to_string(least_frames) + " are needed");
+}
+
+/// In the scene what info.json says in `folder`, if that is given.
+Result<std::unique_ptr<Input>> open_cache_input(const std::string& name, const std::string& mesh_path,
+                                                const std::string& cache_path, const fs::path* folder,
+                                                std::size_t least_frames) {
   Result<Mesh> mesh = read_mesh(mesh_path);
   if (!mesh) return mesh.error();
-  Result<Pc2Reader> cache = Pc2Reader::open(cache_path);
-  if (!cache) return cache.error();
+  Result<std::unique_ptr<PointCache>> opened = open_point_cache(cache_path);
+  if (!opened) return opened.error();
+  PointCache& cache = *opened.value();
   std::vector<std::string> notes = notes_on(mesh.value(), mesh_path);
   SceneDescription scene = describe(mesh.value());
-  const Pc2Header& header = cache.value().header();
-  if (header.point_count != scene.vertex_count)
-    return invalid_argument(cache_path + ": " + std::to_string(header.point_count) + " points, but " +
+  if (cache.point_count() != scene.vertex_count)
+    return invalid_argument(cache_path + ": " + std::to_string(cache.point_count()) + " points, but " +
                             mesh_path + " has " + std::to_string(scene.vertex_count) + " vertices");
-  if (header.sample_count < least_frames)
-    return invalid_argument(cache_path + ": " + std::to_string(header.sample_count) + " frames, but " +
-                            std::to_string(least_frames) + " are needed");
-  if (Status added = add_info(folder, scene); !added) return added.error();
+  if (cache.frame_count() < least_frames)
+    return too_few_frames(cache_path, cache.frame_count(), least_frames);
+  if (folder != nullptr)
+    if (Status added = add_info(*folder, scene); !added) return added.error();
   if (scene.filters.near_at_rest > 0) {
-    std::vector<float> first;
-    if (Status read = cache.value().read(0, first); !read) return read.error();
-    scene.filters.rest_at(std::span<const float>(first));
+    PositionBuffer first;
+    if (Status read = cache.read(0, first); !read) return read.error();
+    scene.filters.rest_at(view(first));
   }
-  return std::unique_ptr<Input>(std::make_unique<CacheInput>(folder.string(), std::move(scene),
-                                                             std::move(cache).value(), std::move(notes)));
+  return std::unique_ptr<Input>(
+      std::make_unique<CacheInput>(name, std::move(scene), std::move(opened).value(), std::move(notes)));
 }
 
 /// Whether a mesh without an info.json is a body, which can be replaced by another.
@@ -189,7 +212,14 @@ Result<std::unique_ptr<Input>> open_folder_input(const std::string& name, std::s
   if (!is_there(folder)) return invalid_argument(name + ": no such file or folder");
   if (!fs::is_directory(folder, ignored))
     return invalid_argument(name + ": neither a folder nor a mesh file (.ply, .obj, .stl) by its name");
-  if (is_there(folder / "mesh.ply")) return open_cache_input(folder, least_frames);
+  if (is_there(folder / "mesh.ply")) {
+    const fs::path mdd = folder / "frames.mdd", pc2 = folder / "frames.pc2";
+    if (is_there(mdd) && is_there(pc2))
+      return invalid_argument(name + ": holds both frames.pc2 and frames.mdd; keep the one that is meant");
+    const fs::path& cache = is_there(mdd) ? mdd : pc2;
+    return open_cache_input(folder.string(), (folder / "mesh.ply").string(), cache.string(), &folder,
+                            least_frames);
+  }
   std::vector<std::string> paths;
   for (;;) {
     const fs::path path = folder / std::string("t").append(std::to_string(paths.size())).append(".ply");
@@ -200,6 +230,67 @@ Result<std::unique_ptr<Input>> open_folder_input(const std::string& name, std::s
     return invalid_argument(name + ": holds neither mesh.ply and frames.pc2 nor t0.ply" +
                             (least_frames > 1 ? " and t1.ply" : ""));
   return open_mesh_files(paths, &folder, WholeBody::kUndeclared);
+}
+
+Result<std::unique_ptr<Input>> open_mesh_and_cache_input(const std::string& mesh, const std::string& cache,
+                                                         std::size_t least_frames) {
+  return open_cache_input(cache, mesh, cache, nullptr, least_frames);
+}
+
+Result<std::unique_ptr<Input>> open_npz_input(const std::string& path, std::size_t least_frames) {
+  const Result<std::vector<NpzMember>> members = list_npz(path);
+  if (!members) return members.error();
+  std::optional<NpyArray> positions;
+  SceneDescription scene;
+  std::vector<std::string> notes;
+  bool faces = false;
+  for (const NpzMember& member : members.value()) {
+    const std::string name = path + ": " + member.name;
+    const bool known = member.name == "positions" || member.name == "faces" || member.name == "edges";
+    if (!known) {
+      notes.push_back(name + " is not looked at; positions, faces and edges are");
+      continue;
+    }
+    Result<NpyArray> array = NpyArray::open(path, name, member.at, member.size);
+    if (!array) return array.error();
+    if (member.name == "positions") {
+      if (Status status = check_frames(array.value().header(), name); !status) return status.error();
+      positions.emplace(std::move(array).value());
+    } else {
+      const bool of_faces = member.name == "faces";
+      faces |= of_faces;
+      if (Status status =
+              of_faces ? array.value().read_rows(scene.faces) : array.value().read_rows(scene.edges);
+          !status)
+        return status.error();
+    }
+  }
+  if (!positions || !faces)
+    return invalid_argument(
+        path + ": holds no array '" + (positions ? "faces" : "positions") +
+        "'; positions (frames, n, 3) and faces (m, 3) are expected, and perhaps edges (k, 2)");
+  const NpyHeader& header = positions->header();
+  if (header.shape[0] < least_frames)
+    return too_few_frames(path + ": positions", header.shape[0], least_frames);
+  if (header.shape[1] == 0)
+    return invalid_argument(path + ": positions of no vertex; one or more are expected");
+  scene.vertex_count = static_cast<std::uint32_t>(header.shape[1]);
+  // Before notes_on() looks at them.
+  const auto fits = [&scene](const auto& elements) {
+    for (const auto& element : elements)
+      for (const std::int32_t v : element)
+        if (static_cast<std::uint32_t>(v) >= scene.vertex_count) return false;
+    return true;
+  };
+  if (!fits(scene.faces) || !fits(scene.edges))
+    return invalid_argument(path + ": " + (fits(scene.faces) ? "edges" : "faces") +
+                            " name a vertex beyond the " + std::to_string(scene.vertex_count) +
+                            " of positions");
+  Mesh mesh{{}, scene.faces, {}, scene.edges};
+  if (Status read = positions->read_frame(0, mesh.positions); !read) return read.error();
+  for (std::string& note : notes_on(mesh, path)) notes.push_back(std::move(note));
+  return std::unique_ptr<Input>(
+      std::make_unique<NpzInput>(path, std::move(scene), std::move(*positions), std::move(notes)));
 }
 
 Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths,

@@ -8,6 +8,7 @@
 #include "client/io/obj.h"
 #include "client/io/ply.h"
 #include "client/io/stl.h"
+#include "client/io/text.h"
 #include "client/io/triangulate.h"
 
 namespace warmfront::client {
@@ -16,13 +17,9 @@ namespace {
 using Parser = Result<Mesh> (*)(std::string_view, std::string_view);
 
 Parser parser_for(std::string_view path) {
-  if (path.size() < 4) return nullptr;
-  std::string extension(path.substr(path.size() - 4));
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  if (extension == ".ply") return parse_ply;
-  if (extension == ".obj") return parse_obj;
-  if (extension == ".stl") return parse_stl;
+  if (has_ending(path, ".ply")) return parse_ply;
+  if (has_ending(path, ".obj")) return parse_obj;
+  if (has_ending(path, ".stl")) return parse_stl;
   return nullptr;
 }
 

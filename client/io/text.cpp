@@ -2,6 +2,7 @@
 // Lines, words and numbers: see text.h.
 #include "client/io/text.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdlib>
 
@@ -79,6 +80,12 @@ std::string in_quotes(std::string_view word) {
   std::string text = "'";
   for (const char c : word.substr(0, kLongest)) text += c >= 0x20 && c < 0x7f ? c : '?';
   return text + (word.size() > kLongest ? "...'" : "'");
+}
+
+bool has_ending(std::string_view name, std::string_view ending) {
+  if (name.size() < ending.size()) return false;
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  return std::ranges::equal(name.substr(name.size() - ending.size()), ending, {}, lower);
 }
 
 std::string csv_field(std::string_view field) {

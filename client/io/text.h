@@ -46,6 +46,9 @@ std::string in_quotes(std::string_view word);
 /// `field` as one field of a CSV file: in double quotes where it needs them.
 std::string csv_field(std::string_view field);
 
+/// Whether the name ends so, in any case; `ending` is in lower case.
+bool has_ending(std::string_view name, std::string_view ending);
+
 /// "FILE: line N: WHAT" and "FILE: byte N: WHAT".
 Error error_at_line(std::string_view file, std::size_t line, const std::string& what);
 Error error_at_byte(std::string_view file, std::size_t byte, const std::string& what);

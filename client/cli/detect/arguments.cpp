@@ -73,9 +73,11 @@ Status check_topology_changes(const DetectArguments& arguments) {
 
 void add_detect_options(CLI::App& app, DetectArguments& a) {
   app.add_option("INPUT", a.inputs,
-                 "A folder with mesh.ply and frames.pc2, or t0.ply, t1.ply, ..., and perhaps info.json; or "
-                 "two or more "
-                 "mesh files (.ply, .obj, .stl) of one topology; or a recording (.wfrec); or "
+                 "A folder with mesh.ply and frames.pc2 (or frames.mdd), or t0.ply, t1.ply, ..., and perhaps "
+                 "info.json; or "
+                 "two or more mesh files (.ply, .obj, .stl) of one topology; or a mesh file and its cache "
+                 "(.pc2, .mdd, "
+                 ".npy); or a .npz with positions and faces; or a recording (.wfrec); or "
                  "builtin:NAME[?triangles=N&frames=N] (see 'scene --list')")
       ->required();
   app.add_flag(

@@ -145,7 +145,7 @@ Status DetectRun::start_report(const Positions& first) {
   if (arguments_.json_file.empty()) return {};
   RangeReport& range = report_.range;
   range.version = WARMFRONT_VERSION;
-  range.input = arguments_.inputs.front();
+  range.input = input_.name();
   range.frames = range_;
   range.last_of_input = frames_of_all_parts(input_) - 1;
   range.substeps = arguments_.substeps;

@@ -15,7 +15,8 @@ namespace warmfront::client {
 void add_state_arguments(CLI::App& app, StateArguments& arguments) {
   app.add_option("INPUT", arguments.inputs,
                  "A folder with mesh.ply and frames.pc2, or t0.ply, t1.ply, ..., and perhaps info.json; or "
-                 "mesh files (.ply, .obj, .stl) of one topology; or builtin:NAME[?triangles=N&frames=N] "
+                 "mesh files (.ply, .obj, .stl) of one topology; or a mesh file and its cache (.pc2, .mdd, .npy); or a "
+                 ".npz with positions and faces; or builtin:NAME[?triangles=N&frames=N] "
                  "(see 'scene --list')")
       ->required();
   add_session_place(app, arguments.place);

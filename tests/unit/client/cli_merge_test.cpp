@@ -67,6 +67,7 @@ std::string made_in(const TemporaryFolder& folder, std::string input) {
     return folder.file(name);
   };
   replace("FOLDER", [&] { return scene("bart --triangles 1000 --frames 13", "folder"); });
+  replace("MDD", [&] { return scene("bart --triangles 1000 --frames 13 --cache mdd", "mdd"); });
   replace("REMESHED", [&] { return scene("cut --triangles 1200 --frames 20", "meshes") + "/*.ply"; });
   const auto write_meshes = [&](const std::string& ending) {
     std::filesystem::create_directory(folder.file("objs"));
@@ -136,6 +137,7 @@ INSTANTIATE_TEST_SUITE_P(
              {0, 1, 7, 12}},
         Case{"folder", "FOLDER --min-separation 0.02 --fields normal,points", ".vtp", {0, 5, 12}},
         Case{"meshes", "OBJS", ".jsonl", {0, 3, 4, 8}},
+        Case{"cache", "FOLDER/mesh.ply MDD/frames.mdd --min-separation 0.02", ".csv", {0, 2, 12}},
         Case{"recording", "RECORDING --min-separation 0.02", ".csv", {0, 4, 9, 12}},
         Case{"poses", "FOLDER --send poses --min-separation 0.05", ".csv", {0, 5, 6, 12}},
         Case{"screws",

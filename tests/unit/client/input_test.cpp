@@ -49,12 +49,37 @@ TEST(Input, ArgumentsAreCheckedByTheirForm) {
   EXPECT_EQ(usage_error_of({"folder"}), "");
   EXPECT_EQ(usage_error_of({"a.ply", "b.OBJ", "c.stl"}), "");
   EXPECT_EQ(usage_error_of({"builtin:bart?frames=3"}), "");
+  EXPECT_EQ(usage_error_of({"a.obj", "b.PC2"}), "");
+  EXPECT_EQ(usage_error_of({"a.ply", "b.mdd"}), "");
+  EXPECT_EQ(usage_error_of({"a.npz"}), "");
+  EXPECT_THAT(usage_error_of({"b.pc2"}), HasSubstr("give the mesh file before it"));
+  EXPECT_THAT(usage_error_of({"b.pc2", "a.obj"}), HasSubstr("b.pc2: a cache comes after one mesh file"));
+  EXPECT_THAT(usage_error_of({"a.obj", "b.obj", "c.mdd"}), HasSubstr("c.mdd: a cache comes after one mesh file"));
+  EXPECT_THAT(usage_error_of({"folder", "c.npy"}), HasSubstr("c.npy: a cache comes after one mesh file"));
   EXPECT_NE(usage_error_of({}), "");
   EXPECT_THAT(usage_error_of({"a.ply"}), HasSubstr("two or more"));
   EXPECT_THAT(usage_error_of({"a.ply", "folder"}), HasSubstr("folder"));
   EXPECT_THAT(usage_error_of({"a.ply", "builtin:bart"}), HasSubstr("stands alone"));
   EXPECT_THAT(usage_error_of({"builtin:barth"}),
               HasSubstr("cloth-ball, flamenco, n-body, princess, bart, hair, particles, ground, torn, cut, turning"));
+}
+
+TEST(Input, ACacheAfterAMeshGivesItsFrames) {
+  const TemporaryFolder folder;
+  write_cache(folder);
+  const auto input = open_input(Arguments{folder.file("mesh.ply"), folder.file("frames.pc2")});
+  ASSERT_TRUE(input.ok()) << input.error().message;
+  EXPECT_EQ(input.value()->frame_count(), 3U);
+  EXPECT_EQ(input.value()->name(), folder.file("frames.pc2"));
+  PositionBuffer positions;
+  ASSERT_TRUE(input.value()->read_frame(2, positions).ok());
+  EXPECT_EQ(coordinate(view(positions), 2), 2);
+  const std::string other =
+      folder.write("other.ply", format_ply({std::vector<float>{0, 0, 0, 1, 0, 0}, {{0, 1, 1}}}, ""));
+  EXPECT_THAT(open_error({other, folder.file("frames.pc2")}), HasSubstr("3 points, but"));
+  EXPECT_THAT(open_error({folder.file("mesh.ply"), folder.file("none.mdd")}), HasSubstr("none.mdd: cannot open"));
+  folder.write("frames.mdd", "");
+  EXPECT_THAT(open_error({folder.path()}), HasSubstr("holds both frames.pc2 and frames.mdd"));
 }
 
 TEST(Input, ACacheFolderGivesFramesAndBodies) {
