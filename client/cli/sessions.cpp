@@ -68,11 +68,13 @@ Json to_json(const SessionInfo& info) {
   return json;
 }
 
-void print_row(const SessionInfo& info) {
-  std::printf("%-36s %10" PRIu32 " %10" PRIu32 " %10" PRIu64 " %9.1f %9.1f %s\n", info.id.c_str(),
+/// With whose it is, of sessions of all principals.
+void print_row(const SessionInfo& info, bool all) {
+  std::printf("%-36s %10" PRIu32 " %10" PRIu32 " %10" PRIu64 " %9.1f %9.1f %-8s%s%s\n", info.id.c_str(),
               info.face_count, info.vertex_count, info.last_frame,
               static_cast<double>(info.memory_bytes) / (1 << 20),
-              static_cast<double>(info.idle.count()) / 1000, info.attached ? "attached" : "-");
+              static_cast<double>(info.idle.count()) / 1000, info.attached ? "attached" : "-", all ? " " : "",
+              all ? (info.principal.empty() ? "-" : info.principal.c_str()) : "");
 }
 
 void print_all(const SessionInfo& info) {
@@ -101,9 +103,9 @@ int show(const SessionsArguments& arguments, const std::vector<SessionInfo>& ses
     print_all(sessions.front());
     return finish_output();
   }
-  std::printf("%-36s %10s %10s %10s %9s %9s %s\n", "session", "triangles", "vertices", "frame", "MiB",
-              "idle s", "stream");
-  for (const SessionInfo& info : sessions) print_row(info);
+  std::printf("%-36s %10s %10s %10s %9s %9s %-8s%s\n", "session", "triangles", "vertices", "frame", "MiB",
+              "idle s", "stream", arguments.all ? " principal" : "");
+  for (const SessionInfo& info : sessions) print_row(info, arguments.all);
   return finish_output();
 }
 

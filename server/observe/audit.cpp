@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/observe/audit.h"
 
+#include <unistd.h>
+
 #include <cstdint>
 #include <exception>
+
+#include "server/observe/private_file.h"
 
 namespace warmfront::server {
 
 Result<std::unique_ptr<Audit>> Audit::open(const std::string& file, Log& log) {
   std::unique_ptr<Audit> audit(new Audit(log));
   if (file.empty()) return audit;
+  const Result<int> made = open_private_file("audit-file", file);
+  if (!made) return made.error();
   audit->file_.open(file, std::ios::app);
+  ::close(made.value());
   if (!audit->file_) return invalid_argument("audit-file " + file + ": it cannot be opened for writing");
   audit->to_file_.emplace(LogLevel::kInfo, LogFormat::kJson, &audit->file_);
   return audit;

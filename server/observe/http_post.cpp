@@ -12,10 +12,10 @@ namespace warmfront::server {
 Result<HttpTarget> HttpTarget::parse(std::string_view url) {
   constexpr std::string_view kScheme = "http://";
   const auto refused = [&] {
-    return invalid_argument(
-        std::string(url) +
-        ": http://HOST:PORT/v1/traces is expected; for an encrypted collector, run one beside the "
-        "daemon that sends on");
+    return invalid_argument(std::string(url) +
+                            ": http://HOST[:PORT]/v1/traces is expected (port 4318 unless given); for an "
+                            "encrypted collector, run one beside the "
+                            "daemon that sends on");
   };
   if (!url.starts_with(kScheme)) return refused();
   const std::string_view rest = url.substr(kScheme.size());

@@ -164,8 +164,10 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
              of_tenants([](const Tenant& t) { return t.step_seconds; }));
   f.counters("warmfront_calls_total", "Calls begun, by method", "method", Metrics::kCallNames, metrics.calls);
   const std::array<Counter, 2> traced{gauges.traced_sent, gauges.traced_dropped};
-  f.counters("warmfront_traced_frames_total", "Frames traced, and whether their traces went out", "result",
-             std::array{"sent", "dropped"}, traced);
+  f.counters("warmfront_traced_frames_total",
+             "Frames traced, by whether their traces went to every place that is set, or were dropped on the "
+             "way to one",
+             "result", std::array{"sent", "dropped"}, traced);
   f.counter("warmfront_sessions_created_total", "Sessions created", metrics.sessions_created);
   f.counters("warmfront_sessions_ended_total", "Sessions ended, by reason", "reason", Metrics::kEndNames,
              metrics.sessions_ended);

@@ -18,6 +18,7 @@
 
 #include "server/observe/http_post.h"
 #include "server/observe/otlp.h"
+#include "server/observe/private_file.h"
 
 namespace warmfront::server {
 namespace {
@@ -71,6 +72,7 @@ struct Tracer::Impl {
   // Used by the sending thread.
   std::vector<FrameTrace> batch;
   Clock::time_point warned = Clock::time_point::min();
+  std::uint64_t unsaid = 0;  // frames since then
   std::thread thread;
 
   /// Why not all of it went; none if it did.
@@ -84,12 +86,14 @@ struct Tracer::Impl {
     return failed;
   }
 
-  void report(const std::string& why) {
+  void report(const std::string& why, std::size_t frames) {
+    unsaid += frames;
     constexpr std::chrono::minutes kBetween{1};
     const Clock::time_point now = Clock::now();
     if (warned != Clock::time_point::min() && now - warned < kBetween) return;
     warned = now;
-    warn(why);
+    warn(why + ": " + std::to_string(unsaid) + " frames' traces did not go there");
+    unsaid = 0;
   }
 };
 
@@ -106,9 +110,13 @@ Result<std::unique_ptr<Tracer>> Tracer::start(const TraceSettings& settings,
     impl->endpoint = std::move(target).value();
   }
   if (!settings.file.empty()) {
-    impl->file.reset(std::fopen(settings.file.c_str(), "ae"));
-    if (!impl->file)
+    const Result<int> opened = open_private_file("trace-file", settings.file);
+    if (!opened) return opened.error();
+    impl->file.reset(::fdopen(opened.value(), "a"));
+    if (!impl->file) {
+      ::close(opened.value());
       return invalid_argument("trace-file " + settings.file + ": it cannot be opened for writing");
+    }
   }
   impl->waiting.reserve(kMostWaiting);
   impl->batch.reserve(kMostWaiting);
@@ -132,10 +140,11 @@ Result<std::unique_ptr<Tracer>> Tracer::start(const TraceSettings& settings,
         failed = "traces: no memory to write them";
       }
       (failed ? tracer.dropped_ : tracer.sent_).fetch_add(impl.batch.size(), std::memory_order_relaxed);
+      const std::size_t frames = impl.batch.size();
       impl.batch.clear();
       if (!failed) continue;
       try {
-        impl.report(*failed);
+        impl.report(*failed, frames);
       } catch (const std::exception&) {  // a line of the log
       }
     }

@@ -43,6 +43,7 @@ class Tracer {
   /// The frame is through. Null is ignored.
   void finish(std::unique_ptr<FrameTrace> trace) noexcept;
 
+  /// To all places that there are; frames_dropped(): not to one of them at least.
   std::uint64_t frames_sent() const { return sent_.load(std::memory_order_relaxed); }
   std::uint64_t frames_dropped() const { return dropped_.load(std::memory_order_relaxed); }
 

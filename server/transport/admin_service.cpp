@@ -48,6 +48,7 @@ class AdminService final : public Base {
     return respond<v1::DeleteAnySessionRequest, v1::DeleteAnySessionResponse>(
         *call, *request, *response, "DeleteAnySession", [&](const auto& received, auto&, AuditEvent& event) {
           event.session = received.message.session_id();
+          event.owner = received.message.principal();
           const Outcome<SessionId> id = SessionId::parse(received.message.session_id());
           if (!id) return context_.refuse(id.fault());
           Outcome<std::shared_ptr<Session>> session =

@@ -77,7 +77,7 @@ TEST(GoldenMessages, FramesAreWrittenAsProtocolBuffersWritesThem) {
     SCOPED_TRACE(entry.what);
     v1::StreamStepsRequest expected;
     ASSERT_TRUE(expected.ParseFromString(entry.bytes));
-    if (!expected.has_step()) continue;
+    if (!expected.has_step() || expected.step().has_moved()) continue;  // what moved goes as it is
     ++frames;
     const v1::StepFrame& step = expected.step();
     const client::FrameBytes positions(std::make_shared<const std::string>(step.positions()));

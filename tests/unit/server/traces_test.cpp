@@ -179,6 +179,7 @@ TEST(Tracer, WhatCannotBeSentIsCountedAndSaidOnce) {
   EXPECT_EQ(dropped, 3u);
   EXPECT_EQ(said.load(), 1);
   EXPECT_THAT(words, HasSubstr("trace-endpoint"));
+  EXPECT_THAT(words, HasSubstr("1 frames"));
 }
 
 // A collector, of which the test is the operator.
@@ -257,6 +258,10 @@ TEST(Tracer, FramesNeverWaitForAFullQueue) {
   const std::uint64_t sent = tracer->frames_sent();
   EXPECT_GE(sent, Tracer::kMostWaiting / 4);
   tracer.reset();
+  using std::filesystem::perms;
+  EXPECT_EQ(
+      std::filesystem::status(folder.path() / "t").permissions() & (perms::group_all | perms::others_all),
+      perms::none);
   std::ifstream file(folder.path() / "t");
   std::uint64_t found = 0;
   for (std::string line; std::getline(file, line);)
@@ -266,7 +271,7 @@ TEST(Tracer, FramesNeverWaitForAFullQueue) {
 
 TEST(Tracer, BadPlacesAreRefusedByTheirSettingsNames) {
   EXPECT_THAT(Tracer::start({"/nowhere/at/all", "", 1}, {}).error().message,
-              HasSubstr("trace-file /nowhere"));
+              HasSubstr("trace-file /nowhere/at/all: it cannot be opened for writing (No such file"));
   EXPECT_THAT(Tracer::start({"", "https://x/v1/traces", 1}, {}).error().message,
               HasSubstr("trace-endpoint https"));
 }
