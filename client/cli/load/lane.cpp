@@ -67,6 +67,11 @@ bool Lane::open() {
       return false;
     }
     client_.emplace(std::move(client).value());
+  } else if (const Result<client::ServerInfo> there = client_->server_info(); !there) {
+    // Creating waits much longer than this for a daemon that does not come back.
+    failure_ = there.error();
+    lost(there.error());
+    return false;
   }
   const Clock::time_point began = Clock::now();
   Result<Session> session = client_->create_session(playback_.scene(), playback_.at(tick_), plan_.options);
