@@ -27,6 +27,7 @@ struct MergeArguments {
   std::string frames;
   std::string contacts;
   std::string json_file;
+  bool steps = false;
 };
 
 int say_missing(const Merged& merged) {
@@ -83,7 +84,10 @@ int merge(const MergeArguments& a) {
       if (!a.json_file.empty()) contacts->file = beside_report(contacts->file, a.json_file);
     }
   }
-  if (a.json_file != "-" && a.contacts != "-") print(merged, parts, a.json_file.empty());
+  if (a.json_file != "-" && a.contacts != "-") {
+    const Steps few = a.json_file.empty() ? Steps::kWorst : Steps::kNone;
+    print(merged, parts, a.steps ? Steps::kAll : few);
+  }
   if (!a.json_file.empty()) {
     Result<StagedFile> staged = StagedFile::create(a.json_file);
     if (!staged) return failure(staged.error().message);
@@ -120,6 +124,9 @@ Verb add_merge(CLI::App& app) {
       ->type_name("FILE");
   app.add_option("--json", a.json_file, "Write the merged report as JSON; - for stdout, without other output")
       ->type_name("FILE");
+  app.add_flag("--steps", a.steps,
+               "Print a line for each step, behind the totals; else for the " + std::to_string(kWorstLines) +
+                   " with the most contacts, and with --json for none");
   app.footer(
       "Exit codes: 0 all steps are there, 1 some are missing (which, is said; --json is written with "
       "them in 'missing', --contacts is not), 2 failed: the reports are not "

@@ -12,6 +12,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -275,6 +276,38 @@ TEST(Merge, SaysWhatItFound) {
   const auto frame = merged["worst"]["most_contacts"][0]["frame"].get<std::size_t>();
   EXPECT_EQ(contacts(all["frames"][frame - 1]), most);
   EXPECT_EQ(run("merge --contacts - " + reports, "2>/dev/null").out, ranges.folder().read("0-7.csv"));
+}
+
+// Of a long run only the worst steps have lines, unless all are asked for; the totals come first.
+TEST(Merge, PrintsTheWorstSteps) {
+  const TemporaryFolder folder;
+  detect("'builtin:bart?triangles=1000&frames=14' --min-separation 0.05 --json " + folder.file("a.json"));
+  const Json frames = Json::parse(folder.read("a.json"))["frames"];
+  ASSERT_EQ(frames.size(), 13U);
+  std::vector<std::pair<int, int>> order;  // by contacts, most first, then by frame
+  for (const Json& frame : frames)
+    order.emplace_back(-(frame["vf"].get<int>() + frame["ee"].get<int>()), frame["frame"].get<int>());
+  std::ranges::sort(order);
+  const auto steps_of = [&](const std::string& options) {
+    std::istringstream lines(run("merge " + folder.file("a.json") + options).out);
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_THAT(line, HasSubstr("13 steps in 1 report: "));
+    std::vector<int> steps;
+    bool table = false;
+    while (std::getline(lines, line)) {
+      if (table) steps.push_back(std::stoi(line));
+      table = table || line.find(" earliest toi ") != std::string::npos;
+    }
+    return steps;
+  };
+  std::vector<int> worst, all;
+  for (std::size_t i = 0; i < 10; ++i) worst.push_back(order[i].second);
+  for (const Json& frame : frames) all.push_back(frame["frame"].get<int>());
+  EXPECT_EQ(steps_of(""), worst);
+  EXPECT_EQ(steps_of(" --steps"), all);
+  EXPECT_EQ(steps_of(" --json " + folder.file("m.json")), std::vector<int>());
+  EXPECT_EQ(steps_of(" --steps --json " + folder.file("m.json")), all);
 }
 
 TEST(Merge, RefusesWhatIsNotOneRun) {
