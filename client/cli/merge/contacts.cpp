@@ -123,9 +123,10 @@ Status copy_series(std::span<const Part> parts, const std::string& path) {
 
 }  // namespace
 
-Result<WrittenContacts> merge_contacts(std::span<const Part> parts, const std::string& path) {
+Result<WrittenContacts> merge_contacts(std::span<const Part> parts, const std::string& path,
+                                       const std::string& to) {
   if (Status status = check_files(parts, path); !status) return status.error();
-  if (Status status = format_of(path) == ".vtp" ? copy_series(parts, path) : copy_lines(parts, path); !status)
+  if (Status status = format_of(path) == ".vtp" ? copy_series(parts, to) : copy_lines(parts, to); !status)
     return status.error();
   WrittenContacts written;
   written.file = path;

@@ -17,6 +17,7 @@
 #include "client/cli/merge/part.h"
 #include "client/io/contact_writer.h"
 #include "client/io/file.h"
+#include "client/io/staged_file.h"
 
 namespace warmfront::client {
 namespace {
@@ -26,6 +27,7 @@ struct MergeArguments {
   std::string frames;
   std::string contacts;
   std::string json_file;
+  bool steps = false;
 };
 
 int say_missing(const Merged& merged) {
@@ -70,18 +72,33 @@ int merge(const MergeArguments& a) {
   const Merged merged = merge_parts(parts, frames, std::move(missing).value());
   const bool whole = merged.missing.empty();
   std::optional<WrittenContacts> contacts;
+  std::optional<StagedFile> contacts_file, json_file;
   if (whole && !a.contacts.empty()) {
-    Result<WrittenContacts> written = merge_contacts(parts, a.contacts);
+    Result<StagedFile> staged = StagedFile::create(a.contacts);
+    if (!staged) return failure(staged.error().message);
+    contacts_file.emplace(std::move(staged).value());
+    Result<WrittenContacts> written = merge_contacts(parts, a.contacts, contacts_file->path());
     if (!written) return failure(written.error().message);
     if (a.contacts != "-") {
       contacts = std::move(written).value();
       if (!a.json_file.empty()) contacts->file = beside_report(contacts->file, a.json_file);
     }
   }
-  if (a.json_file != "-" && a.contacts != "-") print(merged, parts, a.json_file.empty());
-  if (!a.json_file.empty())
-    if (Status status = write_text(a.json_file, format_json(merged, parts, contacts)); !status)
+  if (a.json_file != "-" && a.contacts != "-") {
+    const Steps few = a.json_file.empty() ? Steps::kWorst : Steps::kNone;
+    print(merged, parts, a.steps ? Steps::kAll : few);
+  }
+  if (!a.json_file.empty()) {
+    Result<StagedFile> staged = StagedFile::create(a.json_file);
+    if (!staged) return failure(staged.error().message);
+    json_file.emplace(std::move(staged).value());
+    if (Status status = write_text(json_file->path(), format_json(merged, parts, contacts)); !status)
       return failure(status.error().message);
+  }
+  // Only now, when nothing else can fail, do the files replace what was there.
+  for (std::optional<StagedFile>* file : {&contacts_file, &json_file})
+    if (file->has_value())
+      if (Status status = (*file)->commit(); !status) return failure(status.error().message);
   const int printed = finish_output();
   return whole || printed != kExitOk ? printed : say_missing(merged);
 }
@@ -102,12 +119,17 @@ Verb add_merge(CLI::App& app) {
   app.add_option(
          "--contacts", a.contacts,
          "Join the contacts that the runs wrote to files, as one run would have written them: .csv, .jsonl "
-         "or .vtp, as they are; - for stdout, of .csv and without other output")
+         "or .vtp, as they are; - for stdout, of .csv and without other output. Nothing is written when a "
+         "step is missing")
       ->type_name("FILE");
   app.add_option("--json", a.json_file, "Write the merged report as JSON; - for stdout, without other output")
       ->type_name("FILE");
+  app.add_flag("--steps", a.steps,
+               "Print a line for each step, behind the totals; else for the " + std::to_string(kWorstLines) +
+                   " with the most contacts, and with --json for none");
   app.footer(
-      "Exit codes: 0 all steps are there, 1 some are missing (which, is said), 2 failed: the reports are not "
+      "Exit codes: 0 all steps are there, 1 some are missing (which, is said; --json is written with "
+      "them in 'missing', --contacts is not), 2 failed: the reports are not "
       "of one "
       "run, or have frames in common, 3 usage.");
   return [arguments] { return merge(*arguments); };

@@ -5,7 +5,9 @@
 #include <charconv>
 #include <cinttypes>
 #include <cstdio>
+#include <functional>
 #include <utility>
+#include <vector>
 
 #include "client/cli/detect/table.h"
 
@@ -112,6 +114,25 @@ void print_worst(const char* what, const char* format, const std::vector<OfFrame
   std::printf("\n");
 }
 
+std::size_t count_steps(std::span<const Part> parts) {
+  std::size_t steps = 0;
+  for (const Part& part : parts) steps += part.report["frames"].size();
+  return steps;
+}
+
+void print_steps(std::span<const Part> parts, Steps which, bool half_spaces) {
+  std::vector<const Json*> shown;
+  for (const Part& part : parts)
+    for (const Json& frame : part.report["frames"]) shown.push_back(&frame);
+  if (which == Steps::kWorst && shown.size() > kWorstLines) {
+    std::ranges::stable_sort(shown, std::greater<>{}, [](const Json* frame) { return contacts_of(*frame); });
+    std::printf("the %zu of %zu steps with the most contacts (--steps: all):\n", kWorstLines, shown.size());
+    shown.resize(kWorstLines);
+  }
+  print_detect_header(half_spaces);
+  for (const Json* frame : shown) print_detect_row(row_of(*frame), half_spaces);
+}
+
 }  // namespace
 
 Merged merge_parts(std::span<const Part> parts, FrameRange frames, std::vector<FrameRange> missing) {
@@ -154,14 +175,8 @@ std::string format_json(const Merged& merged, std::span<Part> parts,
   return root.dump(1) + "\n";
 }
 
-void print(const Merged& merged, std::span<const Part> parts, bool table) {
-  if (table) print_detect_header(merged.vh > 0);
-  for (const Part& part : parts) {
-    if (!table) break;
-    for (const Json& frame : part.report["frames"]) print_detect_row(row_of(frame), merged.vh > 0);
-  }
-  std::size_t steps = 0;
-  for (const Part& part : parts) steps += part.report["frames"].size();
+void print(const Merged& merged, std::span<const Part> parts, Steps lines) {
+  const std::size_t steps = count_steps(parts);
   const std::string of_half_spaces = merged.vh > 0 ? ", " + std::to_string(merged.vh) + " vh" : "";
   std::printf("%zu steps in %zu report%s: %" PRIu64 " contacts (%" PRIu64 " vf, %" PRIu64 " ee%s; %" PRIu64
               " possible), %.3f ms a step\n",
@@ -172,6 +187,7 @@ void print(const Merged& merged, std::span<const Part> parts, bool table) {
   print_worst("earliest", "%.9f", merged.earliest);
   print_worst("slowest", "%.3f ms", merged.slowest);
   if (!merged.contacts_hash.empty()) std::printf("contacts hash %s\n", merged.contacts_hash.c_str());
+  if (lines != Steps::kNone) print_steps(parts, lines, merged.vh > 0);
 }
 
 }  // namespace warmfront::client

@@ -47,7 +47,13 @@ Merged merge_parts(std::span<const Part> parts, FrameRange frames, std::vector<F
 std::string format_json(const Merged& merged, std::span<Part> parts,
                         const std::optional<WrittenContacts>& contacts);
 
-/// A line for each step, if there is to be a table, then a summary.
-void print(const Merged& merged, std::span<const Part> parts, bool table);
+/// Which steps have a line of their own.
+enum class Steps { kNone, kWorst, kAll };
+
+/// So many at most with Steps::kWorst: those with the most contacts, of equal ones the earlier.
+inline constexpr std::size_t kWorstLines = 10;
+
+/// The totals, then lines for the steps: the worst first, all in order.
+void print(const Merged& merged, std::span<const Part> parts, Steps steps);
 
 }  // namespace warmfront::client

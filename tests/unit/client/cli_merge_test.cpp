@@ -6,11 +6,13 @@
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -276,6 +278,38 @@ TEST(Merge, SaysWhatItFound) {
   EXPECT_EQ(run("merge --contacts - " + reports, "2>/dev/null").out, ranges.folder().read("0-7.csv"));
 }
 
+// Of a long run only the worst steps have lines, unless all are asked for; the totals come first.
+TEST(Merge, PrintsTheWorstSteps) {
+  const TemporaryFolder folder;
+  detect("'builtin:bart?triangles=1000&frames=14' --min-separation 0.05 --json " + folder.file("a.json"));
+  const Json frames = Json::parse(folder.read("a.json"))["frames"];
+  ASSERT_EQ(frames.size(), 13U);
+  std::vector<std::pair<int, int>> order;  // by contacts, most first, then by frame
+  for (const Json& frame : frames)
+    order.emplace_back(-(frame["vf"].get<int>() + frame["ee"].get<int>()), frame["frame"].get<int>());
+  std::ranges::sort(order);
+  const auto steps_of = [&](const std::string& options) {
+    std::istringstream lines(run("merge " + folder.file("a.json") + options).out);
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_THAT(line, HasSubstr("13 steps in 1 report: "));
+    std::vector<int> steps;
+    bool table = false;
+    while (std::getline(lines, line)) {
+      if (table) steps.push_back(std::stoi(line));
+      table = table || line.find(" earliest toi ") != std::string::npos;
+    }
+    return steps;
+  };
+  std::vector<int> worst, all;
+  for (std::size_t i = 0; i < 10; ++i) worst.push_back(order[i].second);
+  for (const Json& frame : frames) all.push_back(frame["frame"].get<int>());
+  EXPECT_EQ(steps_of(""), worst);
+  EXPECT_EQ(steps_of(" --steps"), all);
+  EXPECT_EQ(steps_of(" --json " + folder.file("m.json")), std::vector<int>());
+  EXPECT_EQ(steps_of(" --steps --json " + folder.file("m.json")), all);
+}
+
 TEST(Merge, RefusesWhatIsNotOneRun) {
   const AllRanges& ranges = all_ranges();
   const TemporaryFolder folder;
@@ -392,6 +426,7 @@ TEST(Merge, RefusesContactsThatAreNotWhatTheReportSays) {
   EXPECT_THAT(with("frame\n" + rows), HasSubstr("its columns are 'frame', not 'frame,type"));
   std::filesystem::remove(folder.file("b.csv"));
   EXPECT_THAT(refused(report("a") + " " + report("b") + to), HasSubstr("cannot open the contacts of"));
+  EXPECT_FALSE(std::filesystem::exists(folder.file("m.csv"))) << "a part of the contacts is left behind";
   // The files move with their reports.
   std::ofstream(folder.file("b.csv")) << rows;
   std::filesystem::create_directory(folder.file("elsewhere"));
@@ -400,6 +435,55 @@ TEST(Merge, RefusesContactsThatAreNotWhatTheReportSays) {
   const Outcome moved =
       run("merge " + folder.file("elsewhere/a.json") + " " + folder.file("elsewhere/b.json") + to);
   EXPECT_EQ(moved.code, kExitOk) << moved.out;
+}
+
+/// The names in a folder, hidden ones too.
+std::vector<std::string> names_in(const TemporaryFolder& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+    names.push_back(entry.path().filename().string());
+  std::ranges::sort(names);
+  return names;
+}
+
+// A merge that fails half-way leaves the outputs that were there as they were, and no new ones.
+TEST(Merge, FailsWithoutChangingItsOutputs) {
+  for (const std::string format : {".csv", ".jsonl", ".vtp"}) {
+    SCOPED_TRACE(format);
+    const TemporaryFolder folder;
+    const std::string scene = "'builtin:bart?triangles=1000&frames=8' --min-separation 0.05 ";
+    const auto outputs = [&](const std::string& name) {
+      return " --json " + folder.file(name + ".json") + " --contacts " + folder.file(name + format);
+    };
+    detect(scene + "--frames 0:3" + outputs("a"));
+    detect(scene + "--frames 3:7" + outputs("b"));
+    const std::string merge = "merge " + folder.file("a.json") + " " + folder.file("b.json");
+    ASSERT_EQ(run(merge + outputs("good")).code, kExitOk);
+    std::filesystem::remove(folder.file(format == ".vtp" ? "b_000005.vtp" : "b" + format));
+    std::map<std::string, std::string> before;
+    for (const std::string& name : names_in(folder)) before[name] = folder.read(name);
+    EXPECT_EQ(run(merge + outputs("good"), "2>&1").code, kExitFailed);
+    EXPECT_EQ(run(merge + outputs("fresh"), "2>&1").code, kExitFailed);
+    std::map<std::string, std::string> after;
+    for (const std::string& name : names_in(folder)) after[name] = folder.read(name);
+    EXPECT_EQ(after, before);
+  }
+}
+
+// What is replaced is what a link names, with its permissions; what is no file is written to as it is.
+TEST(Merge, ReplacesWhatIsThere) {
+  const AllRanges& ranges = all_ranges();
+  const TemporaryFolder folder;
+  const std::string file = folder.write("real.csv", "old");
+  std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+  std::filesystem::create_symlink("real.csv", folder.file("link.csv"));
+  ASSERT_EQ(run("merge " + ranges.of(0, 7) + " --json /dev/null --contacts " + folder.file("link.csv")).code,
+            kExitOk);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.file("link.csv")));
+  EXPECT_EQ(folder.read("real.csv"), ranges.folder().read("0-7.csv"));
+  EXPECT_EQ(std::filesystem::status(file).permissions(), std::filesystem::perms::owner_all);
+  EXPECT_THAT(names_in(folder), ElementsAre("link.csv", "real.csv"));
+  EXPECT_FALSE(std::filesystem::is_regular_file("/dev/null"));
 }
 
 }  // namespace

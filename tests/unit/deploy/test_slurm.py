@@ -20,8 +20,8 @@ SBATCH = """#!/usr/bin/python3
 import json, os, pathlib, subprocess, sys
 here = pathlib.Path(__file__).parent
 calls = here / "calls.json"
-options = [word for word in sys.argv[1:] if word.startswith("-")]
-script = sys.argv[1 + len(options):]
+at = next(i for i, word in enumerate(sys.argv) if word.endswith(".sbatch"))
+options, script = sys.argv[1:at], sys.argv[at:]
 said = dict(option.lstrip("-").partition("=")[::2] for option in options)
 with open(calls, "a") as log:
     log.write(json.dumps([options, script]) + "\\n")
@@ -29,11 +29,13 @@ job = str(len(calls.read_text().splitlines()) + 100)
 tasks = [None]
 if "array" in said:
     if os.environ.get("REFUSE_ARRAYS"):
-        sys.exit("sbatch: error: Batch job submission failed: Invalid job array specification")
+        sys.exit("sbatch: error: Batch job submission failed: " + os.environ["REFUSE_ARRAYS"])
     tasks = []
     for part in said["array"].split(","):
         first, _, last = part.partition("-")
         tasks += range(int(first), int(last or first) + 1)
+if "HOLD" in os.environ:
+    tasks = []  # they stay in the queue
 for task in tasks:
     environment = {**os.environ, "SLURM_JOB_ID": job, "SLURM_JOB_NUM_NODES": said.get("nodes", "1")}
     if task is not None:
@@ -57,6 +59,18 @@ tasks = [subprocess.Popen(command, env={**os.environ, "SLURMD_NODENAME": f"n{nod
 sys.exit(max(task.wait() for task in tasks))
 """
 
+# The file "queue" has a line for each job that did not end; of others Slurm knows nothing.
+SQUEUE = """#!/usr/bin/python3
+import pathlib, sys
+queue = pathlib.Path(__file__).parent / "queue"
+jobs = queue.read_text().split() if queue.exists() else []
+if "broken" in jobs:
+    sys.exit("slurm_load_jobs error: Unable to contact slurm controller (connect failure)")
+if sys.argv[sys.argv.index("-j") + 1] not in jobs:
+    sys.exit("slurm_load_jobs error: Invalid job id specified")
+print("it is there")
+"""
+
 SCANCEL = """#!/bin/bash
 echo "$*" >> "$(dirname "$0")/scancelled"
 for group in $(cat "$(dirname "$0")/step"); do kill -TERM -- "-$group"; done
@@ -65,7 +79,7 @@ for group in $(cat "$(dirname "$0")/step"); do kill -TERM -- "-$group"; done
 
 @pytest.fixture
 def place(tmp_path):
-    for name, text in (("sbatch", SBATCH), ("srun", SRUN), ("scancel", SCANCEL)):
+    for name, text in (("sbatch", SBATCH), ("srun", SRUN), ("squeue", SQUEUE), ("scancel", SCANCEL)):
         (tmp_path / name).write_text(text)
         (tmp_path / name).chmod(0o755)
     return tmp_path
@@ -117,7 +131,7 @@ def test_the_array_and_its_merge_give_what_one_run_gives(place):
     assert "3 of 3 ranges (0-2)" in said
     (array, script), (merge, _) = calls(place)
     assert "--array=0-2" in array and "--partition=long" in array and script[0].endswith("detect-array.sbatch")
-    assert "--dependency=afterany:101" in merge and "--partition=long" not in merge
+    assert "--dependency=afterany:101" in merge and "--partition=long" in merge
     assert json.loads((place / "run/merged.json").read_text())["contacts_hash"] == expected
     assert (place / "run/contacts.csv").read_bytes() == (place / "serial.csv").read_bytes()
     assert f"contacts hash {expected}" in merge_log(place, "run")
@@ -175,7 +189,7 @@ def test_all_tasks_fail(place):
 
 def test_a_task_that_is_killed_leaves_nothing_that_counts(place):
     """Killed with -9 when everything is written but not yet renamed, which is as late as it can be."""
-    submit(place, "--folder", "run", "--range", "6", "--contacts", "csv", SCENE, "--dry-run")
+    submit(place, "--folder", "run", "--range", "6", "--contacts", "csv", SCENE, HOLD="1")
     environment = {**os.environ, "PATH": f"{place}:{BIN}:{os.environ['PATH']}", "SLURM_ARRAY_TASK_ID": "0"}
     (place / "sync").write_text(f'#!/bin/bash\n[ -e {place}/second ] && exec /usr/bin/env -i /bin/sync "$@"\ntouch {place}/written\nsleep 1000\n')
     (place / "sync").chmod(0o755)
@@ -216,14 +230,77 @@ def test_what_cannot_be_submitted(place, arguments, code, says):
 
 
 def test_a_folder_has_one_run(place):
-    submit(place, "--folder", "run", "--dry-run", SCENE)
+    submit(place, "--folder", "run", SCENE)
     assert "already belongs to a run" in submit(place, "--folder", "run", SCENE, check=2)
     assert "already belongs to a run" in submit(place, "--folder", "run", "--", "--tier", "exact", check=2)
 
 
+def test_a_dry_run_leaves_no_folder(place):
+    assert "2 of 2 ranges to do: 0-1" in submit(place, "--folder", "run", "--range", "6", "--dry-run", SCENE)
+    assert not (place / "run").exists() and not (place / "calls.json").exists()
+    submit(place, "--folder", "run", SCENE)
+
+
 def test_slurm_refuses(place):
-    said = submit(place, "--folder", "run", SCENE, check=2, REFUSE_ARRAYS="1")
+    said = submit(place, "--folder", "run", "--slurm=-pgone", SCENE, check=2, REFUSE_ARRAYS="Invalid job array specification")
     assert "Invalid job array specification" in said and "a larger --range makes fewer" in said
+    said = submit(place, "--folder", "run", SCENE, check=2, REFUSE_ARRAYS="Invalid account")
+    assert "Invalid account" in said and "--range" not in said
+    # Nothing was submitted, so the folder is free for what is to be done about it.
+    submit(place, "--folder", "run", "--range", "12", SCENE)
+    assert arrays(place)[2:] == ["0"] and "-pgone" not in calls(place)[2][0]
+
+
+def merges(place):
+    return [options for options, script in calls(place) if script[0].endswith("merge.sbatch")]
+
+
+def test_options_of_sbatch_are_kept_and_go_to_the_merge(place):
+    given = ["--slurm=--partition=long", "--slurm=-A", "--slurm=me", "--slurm=--cpus-per-task=2", "--slurm=-c", "--slurm=1",
+             "--slurm=--time=9", "--slurm=--mem=4G", "--merge-slurm=--time=1"]
+    tasks = ["--partition=long", "-A", "me", "--cpus-per-task=2", "-c", "1", "--time=9", "--mem=4G"]
+    submit(place, "--folder", "run", *given, SCENE, HOLD="1")
+    submit(place, "--folder", "run", HOLD="1")
+    submit(place, "--folder", "run", "--slurm=--partition=short", HOLD="1")
+    submit(place, "--folder", "run", "--slurm=", "--merge-slurm=", HOLD="1")
+    own = [option for option in merges(place)[3] if not option.startswith("--dependency")]
+    without = [[option for option in options if option not in own and not option.startswith(("--dependency", "--array", "--output"))]
+               for options, _ in calls(place)]
+    merge = ["--partition=long", "-A", "me", "--time=9", "--time=1"]
+    assert without == [tasks, merge, tasks, merge, ["--partition=short"], ["--partition=short", "--time=1"], [], []]
+
+
+def test_what_is_in_the_queue_is_not_submitted_again(place):
+    submit(place, "--folder", "run", SCENE, HOLD="1")
+    for job in ("101", "102"):  # the array, then the merge alone
+        (place / "queue").write_text(job)
+        assert f"job {job} of the last submission is in the queue" in submit(place, "--folder", "run", check=2)
+    (place / "queue").write_text("broken")
+    assert "does not tell whether job 101" in submit(place, "--folder", "run", check=2)
+    assert len(calls(place)) == 2
+    (place / "queue").write_text("99")
+    left = place / "run/reports/.00000000-00000012.101-0.abcdef"
+    left.mkdir()
+    submit(place, "--folder", "run")
+    assert (place / "run/merged.json").exists() and not left.exists()
+
+
+def test_tasks_leave_each_others_work_alone(place):
+    """Two of one range, such as one that Slurm takes for dead: each removes only its own."""
+    submit(place, "--folder", "run", SCENE, HOLD="1")
+    reports = place / "run/reports"
+    other, own = (reports / f".00000000-00000012.{job}-0.abcdef" for job in (100, 101))
+    other.mkdir()
+    own.mkdir()
+    run(place, "bash", SLURM / "detect-array.sbatch", place / "run", check=0, SLURM_ARRAY_JOB_ID="101", SLURM_ARRAY_TASK_ID="0")
+    assert other.exists() and not own.exists()
+    assert (reports / "00000000-00000012.json").exists()
+
+
+@pytest.mark.parametrize("frames, range_", [(":5", "0:5"), ("5:", "5:12"), (":", "0:12")])
+def test_frames_as_detect_takes_them(place, frames, range_):
+    submit(place, "--folder", "run", "--frames", frames, SCENE, HOLD="1")
+    assert (place / "run/frames").read_text() == range_ + "\n"
 
 
 def test_the_service(place):
@@ -248,10 +325,33 @@ def test_the_service(place):
         assert " info drained calls_cut_off=0 " in (place / f"s/nodes/{node}.log").read_text()
 
 
+def test_options_of_the_service_override_its_defaults(place):
+    environment = {**os.environ, "PATH": f"{place}:{BIN}:{os.environ['PATH']}", "SLURM_JOB_ID": "7", "SLURM_JOB_NUM_NODES": "2",
+                   "SLURM_CPUS_PER_TASK": "1", "WARMFRONT_HOST_COMMAND": 'echo "$SLURMD_NODENAME-ib"'}
+    job = subprocess.Popen(["bash", str(SLURM / "service.sbatch"), str(place / "s"), "--insecure", "--threads=2", "--log-level", "debug",
+                            "--log-format=json"], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        # A rank gets the daemon of its node, by the name that the command gave it.
+        for node in ("n1", "n0"):
+            address = run(place, SLURM / "address", place / "s", "120", check=0, SLURM_PROCID="0", SLURMD_NODENAME=node)
+            assert address.startswith(f"{node}-ib:") and address.strip() in (place / "s/addresses").read_text().split()
+        job.send_signal(signal.SIGTERM)
+        said, _ = job.communicate(timeout=120)
+    finally:
+        job.kill()
+    assert job.returncode == 0, said
+    events = [json.loads(line) for line in (place / "s/nodes/n0.log").read_text().splitlines()]
+    assert [event["threads"] for event in events if event["event"] == "serving"] == [2]
+
+
 def test_a_service_that_cannot_start(place):
     environment = {"SLURM_JOB_ID": "7", "SLURM_JOB_NUM_NODES": "2"}
     said = run(place, "bash", SLURM / "service.sbatch", place / "s", check=2, **environment)  # neither TLS nor --insecure
     assert "--insecure" in said and not (place / "s/addresses").exists()
+    said = run(place, "bash", SLURM / "service.sbatch", place / "s", "--insecure", "--log-level=error", check=3, **environment)
+    assert "--log-level error: the addresses are read from the logs" in said
+    said = run(place, "bash", SLURM / "service.sbatch", place / "s", "--insecure", check=2, WARMFRONT_HOST_COMMAND="true", **environment)
+    assert "'true' prints no name of one word on n0" in said
     assert "no daemons serve there" in run(place, SLURM / "address", place / "s", "0", check=2)
 
 

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Outputs that appear whole or not at all. One thread at a time each.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include "engine/result.h"
+
+namespace warmfront::client {
+
+/// A file, or a series of files, that is written in a hidden folder beside its place and gets its name when
+/// all of it is there. Until commit() what has that name stays as it is; without it nothing else stays. What
+/// has the name and is no regular file (a pipe, /dev/null), and "-", are written as they are.
+class StagedFile {
+ public:
+  /// For a file at `path`; a link is followed. Fails when its folder cannot be written to.
+  static Result<StagedFile> create(const std::string& path);
+
+  StagedFile(StagedFile&& other) noexcept
+      : path_(std::move(other.path_)),
+        target_(std::move(other.target_)),
+        folder_(std::exchange(other.folder_, {})) {}
+  StagedFile(const StagedFile&) = delete;
+  StagedFile& operator=(const StagedFile&) = delete;
+  StagedFile& operator=(StagedFile&&) = delete;
+  ~StagedFile();
+
+  /// Where to write.
+  const std::string& path() const { return path_; }
+
+  /// Moves what was written, and closed, to its place: each file by renaming, with the permissions of the one
+  /// that it replaces. Of a series the list (.pvd) comes last.
+  Status commit();
+
+ private:
+  StagedFile() = default;
+
+  std::string path_;
+  std::filesystem::path target_;
+  std::filesystem::path folder_;  ///< empty: nothing is staged
+};
+
+}  // namespace warmfront::client
