@@ -296,6 +296,17 @@ class Connection:
         request = session_pb2.GetSessionRequest(session_id=session_id)
         return self._call(lambda channel: channel.service.GetSession, request, session_id).session
 
+    def _pages(self, method: Callable[[Any], Any], request: Any) -> list[Any]:
+        """The sessions of all pages."""
+        request.page_size = _PAGE_SIZE
+        sessions: list[Any] = []
+        while True:
+            page = self._call(method, request)
+            sessions += page.sessions
+            if not page.next_page_token:
+                return sessions
+            request.page_token = page.next_page_token
+
     def list(self) -> Any:
         """v1.SessionInfo of this principal's sessions."""
         return self._pages(lambda channel: channel.service.ListSessions, session_pb2.ListSessionsRequest())
@@ -307,17 +318,6 @@ class Connection:
     def list_all(self) -> Any:
         """v1.OwnedSession of all sessions; needs the admin role."""
         return self._pages(lambda channel: channel.admin.ListAllSessions, admin_service_pb2.ListAllSessionsRequest())
-
-    def _pages(self, method: Callable[[Any], Any], request: Any) -> list[Any]:
-        """The sessions of all pages."""
-        request.page_size = _PAGE_SIZE
-        sessions: list[Any] = []
-        while True:
-            page = self._call(method, request)
-            sessions += page.sessions
-            if not page.next_page_token:
-                return sessions
-            request.page_token = page.next_page_token
 
     def remove_any(self, session_id: str, principal: Optional[str]) -> None:
         request = admin_service_pb2.DeleteAnySessionRequest(session_id=session_id, principal=principal)
