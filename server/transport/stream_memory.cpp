@@ -141,6 +141,13 @@ Result<std::unique_ptr<MemoryDesk>> MemoryDesk::start(const std::vector<std::str
   return desk;
 }
 
+MemoryDesk::~MemoryDesk() {
+  sockets_.reset();
+  // What the streams wrote was written with the lock held, by threads that gRPC has joined in ways of its own.
+  const MutexLock lock(mutex_);
+  offered_.clear();
+}
+
 std::string MemoryDesk::offer(const std::weak_ptr<SharesMemory>& stream) {
   std::string token(16, '\0');
   if (::getrandom(token.data(), token.size(), 0) != static_cast<ssize_t>(token.size())) return {};

@@ -79,6 +79,8 @@ class MemoryDesk final : public PacketReader {
  public:
   /// Listens beside the daemon's Unix sockets, whose paths these are. kUnavailable where it cannot.
   static Result<std::unique_ptr<MemoryDesk>> start(const std::vector<std::string>& paths, int threads);
+  /// After the last stream has ended.
+  ~MemoryDesk() override;
 
   /// A token for one request, until it is used or withdrawn; empty where the system has no randomness.
   std::string offer(const std::weak_ptr<SharesMemory>& stream);
