@@ -18,11 +18,15 @@ def free_port():
         return probe.getsockname()[1]
 
 
-def serves(port):
-    """Does something listen there before the time limit?"""
+def serves(place):
+    """Does something listen there, at a port or a Unix socket's path, before the time limit?"""
     for _ in range(600):
         try:
-            socket.create_connection(("127.0.0.1", port)).close()
+            if isinstance(place, int):
+                socket.create_connection(("127.0.0.1", place)).close()
+            else:
+                with socket.socket(socket.AF_UNIX) as one:
+                    one.connect(str(place))
             return True
         except OSError:
             time.sleep(0.1)

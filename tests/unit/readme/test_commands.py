@@ -83,7 +83,8 @@ def start_and_stop(command, folder):
     daemon = subprocess.Popen(["sh", "-c", "exec " + command], cwd=folder, stderr=subprocess.PIPE,
                               env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
     try:
-        assert ports and all(serves(port) for port in ports.values()), command
+        places = [*ports.values(), *(folder / path for path in re.findall(r"--listen unix:([^\s,]+)", command))]
+        assert places and all(serves(place) for place in places), command
         daemon.send_signal(signal.SIGTERM)
         _, said = daemon.communicate(timeout=60)
         assert daemon.returncode == 0, said.decode()

@@ -55,7 +55,7 @@ class PacketClient {
   /// The next message; none at the end, or after half a minute.
   std::optional<v1::StreamStepsResponse> receive() {
     pollfd one{socket_, POLLIN, 0};
-    if (::poll(&one, 1, 30'000) != 1) return std::nullopt;
+    if (::poll(&one, 1, 120'000) != 1) return std::nullopt;
     std::vector<char> packet(wire::kMostPacketBytes);
     iovec part{packet.data(), packet.size()};
     alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};

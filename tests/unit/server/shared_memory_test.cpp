@@ -317,11 +317,10 @@ TEST_F(SharedMemoryTest, WhoScribblesHarmsNobodyElse) {
   Attached attached(*stub_, kId);
   PacketClient packets(daemon_.address());
   ASSERT_TRUE(packets.bind(kId, attached.token, kBytes));
-  std::atomic<bool> stop{false};
-  std::thread scribbler([&] {
+  std::jthread scribbler([&](std::stop_token stop) {  // ends with the test, however that ends
     std::mt19937_64 random(7);
     auto* words = reinterpret_cast<std::uint64_t*>(packets.memory());
-    while (!stop) {
+    while (!stop.stop_requested()) {
       const std::uint64_t at = random() % (packets.size() / 8);
       std::atomic_ref<std::uint64_t>(words[at]).store(random(), std::memory_order_relaxed);
     }
@@ -349,7 +348,7 @@ TEST_F(SharedMemoryTest, WhoScribblesHarmsNobodyElse) {
       ++refused;
     }
   }
-  stop = true;
+  scribbler.request_stop();
   scribbler.join();
   EXPECT_GT(next, 1U);
   expect_healthy();
