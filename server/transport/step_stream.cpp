@@ -22,7 +22,8 @@ StepStream::StepStream(Context& context, grpc::CallbackServerContext& call)
     : context_(context),
       rpc_(call),
       metadata_id_(session_metadata(call)),
-      caller_trace_(TraceContext::parse(traceparent(call))) {}
+      caller_trace_(TraceContext::parse(traceparent(call))),
+      may_share_memory_(context.memory_desk != nullptr && call.peer().starts_with("unix:")) {}
 
 StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& call) {
   std::shared_ptr<StepStream> stream(new StepStream(context, call));
@@ -116,7 +117,8 @@ void StepStream::attached(const Outcome<Standing>& standing) {
       *attached.mutable_limits() = to_proto(context_.limits, tenant_->quota());
       *attached.mutable_state() = to_proto(now);
       if (before) *attached.mutable_state_before() = to_proto(*before);
-      if (context_.memory_desk != nullptr && rpc_.peer().starts_with("unix:"))
+      // A call that has ended meanwhile would never take its token back.
+      if (may_share_memory_ && takes_messages(state_))
         token_ = context_.memory_desk->offer(weak_from_this());
       if (!token_.empty()) attached.mutable_shared_memory()->set_token(token_);
       queue_locked({serialize(response), false});

@@ -157,6 +157,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   grpc::CallbackServerContext& rpc_;
   const std::string metadata_id_;
   const std::optional<TraceContext> caller_trace_;
+  const bool may_share_memory_;  // read while the call lives for certain
   const std::shared_ptr<std::atomic<bool>> given_up_ = std::make_shared<std::atomic<bool>>(false);
 
   // Set by start() before others see the stream, then constant.
