@@ -18,6 +18,7 @@
 #include "client/lib/scene_changes.h"
 #include "client/lib/scene_state.h"
 #include "client/lib/step_stream.h"
+#include "client/lib/uuid.h"
 
 namespace warmfront::client {
 
@@ -165,6 +166,8 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
 
   // The stream to the daemon.
   std::unique_ptr<StepStream> stream_;
+  const std::string client_id_ = random_uuid();  ///< of this object: orders its streams
+  std::uint64_t attach_attempts_ = 0;
   std::optional<RemoteError> lost_;  ///< why the stream must not be read further
   v1::Attached attached_;
   std::uint32_t window_ = 1;

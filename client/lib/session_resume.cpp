@@ -212,6 +212,9 @@ std::optional<RemoteError> Session::Impl::attach(WallClock::time_point deadline)
   request.mutable_attach()->set_session_id(id());
   // The daemon may not have noticed yet that the previous stream is dead.
   request.mutable_attach()->set_takeover(true);
+  // Nor whether it was given up before this one: without this it could take over from it, coming late.
+  request.mutable_attach()->set_client_id(client_id_);
+  request.mutable_attach()->set_attempt(++attach_attempts_);
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - WallClock::now());
   const StepStream::Event written = stream->write(request, std::max(left, std::chrono::milliseconds(0)));
   if (written == StepStream::Event::kTimeout) return timeout;

@@ -138,7 +138,7 @@ Fault Session::taken_over() const {
           "session " + id_.text() + " was taken over by another stream"};
 }
 
-Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachDone done) {
+Outcome<Session::Attachment> Session::attach(Claim claim, Evict evict, AttachDone done) {
   // All that may throw comes first: a stream that is not told of its attachment could never give it back.
   const auto number = std::make_shared<Attachment>();
   Mailbox::Entry entry = mailbox_->prepare([self = shared_from_this(), number, done = std::move(done)] {
@@ -156,13 +156,20 @@ Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachD
   {
     const MutexLock lock(mutex_);
     if (closed_) return *closed_;
-    if (attachment_ && !takeover)
+    if (!claim.client_id.empty() && claim.client_id == client_id_ && claim.attempt <= attempt_)
+      return Fault{ErrorCode::kAborted, Reason::kSessionAttached,
+                   "session " + id_.text() + ": attach " + std::to_string(claim.attempt) +
+                       " of this client came after its attach " + std::to_string(attempt_) +
+                       "; a stream that was given up came late"};
+    if (attachment_ && !claim.takeover)
       return Fault{
           ErrorCode::kAborted, Reason::kSessionAttached,
           "session " + id_.text() + " is held by another stream; detach that one, or attach with takeover"};
     evicted = std::exchange(evict_, std::move(evict));
     attachment = *number = Attachment{++attachments_};
     attachment_ = attachment;
+    client_id_ = std::move(claim.client_id);
+    attempt_ = claim.attempt;
     last_request_ = std::chrono::steady_clock::now();
   }
   if (evicted) evicted(fault);

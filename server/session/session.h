@@ -135,10 +135,16 @@ class Session : public std::enable_shared_from_this<Session> {
   /// change().
   void check(CheckDone done, std::shared_ptr<std::atomic<bool>> given_up = nullptr);
 
-  /// Makes a stream the session's only one. ABORTED when another holds it, unless `takeover`: the other is
-  /// evicted then. `done` gets where the session stands, on a runner's thread, once all earlier frames are
-  /// done.
-  Outcome<Attachment> attach(bool takeover, Evict evict, AttachDone done);
+  /// Who attaches.
+  struct Claim {
+    bool takeover = false;       ///< evicts the stream that holds the session
+    std::string client_id = {};  ///< empty: not said
+    std::uint64_t attempt = 0;   ///< grows with each attach of that client
+  };
+  /// Makes a stream the session's only one. ABORTED when another holds it, unless the claim takes over, and
+  /// for an attempt that comes after a later one of the same client. `done` gets where the session stands, on
+  /// a runner's thread, once all earlier frames are done.
+  Outcome<Attachment> attach(Claim claim, Evict evict, AttachDone done);
   /// Does nothing when the attachment was taken over.
   void detach(Attachment attachment);
 
@@ -242,6 +248,8 @@ class Session : public std::enable_shared_from_this<Session> {
   std::atomic<bool>* running_ WARMFRONT_GUARDED_BY(mutex_) = nullptr;  // stops the request under way
   std::uint64_t attachments_ WARMFRONT_GUARDED_BY(mutex_) = 0;
   std::optional<Attachment> attachment_ WARMFRONT_GUARDED_BY(mutex_);
+  std::string client_id_ WARMFRONT_GUARDED_BY(mutex_);  // of the last attach, ...
+  std::uint64_t attempt_ WARMFRONT_GUARDED_BY(mutex_) = 0;
   Evict evict_ WARMFRONT_GUARDED_BY(mutex_);
 };
 

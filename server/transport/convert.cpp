@@ -107,6 +107,19 @@ Outcome<Dtype> dtype_from(v1::Dtype dtype) {
   }
 }
 
+Outcome<Session::Claim> claim_from(const v1::Attach& message) {
+  constexpr std::size_t kLongestClientId = 64;
+  const auto wrong = [](std::string what) {
+    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput, "attach: " + std::move(what)};
+  };
+  if (message.client_id().size() > kLongestClientId)
+    return wrong("client_id has " + std::to_string(message.client_id().size()) +
+                 " bytes; at most 64 are allowed, and a UUID has 36");
+  if (message.client_id().empty() != (message.attempt() == 0))
+    return wrong("client_id and attempt are of use only together; send both, or neither");
+  return Session::Claim{message.takeover(), message.client_id(), message.attempt()};
+}
+
 Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& limits) {
   Outcome<SessionId> id = SessionId::parse(header.session_id());
   if (!id) return id.fault();

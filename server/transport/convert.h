@@ -32,6 +32,9 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
 /// INVALID_ARGUMENT for DTYPE_UNSPECIFIED and for values unknown.
 Outcome<Dtype> dtype_from(v1::Dtype dtype);
 
+/// INVALID_ARGUMENT for a client_id without an attempt, the other way round, or too long a one.
+Outcome<Session::Claim> claim_from(const v1::Attach& message);
+
 /// The spec with no faces yet. INVALID_ARGUMENT for a bad field, RESOURCE_EXHAUSTED for a scene beyond the
 /// limits.
 Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& limits);

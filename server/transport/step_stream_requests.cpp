@@ -53,6 +53,8 @@ void StepStream::attach(const v1::Attach& request) {
   }
   Outcome<SessionId> id = session_id_of(request.session_id(), metadata_id_);
   if (!id) return end(id.fault());
+  Outcome<Session::Claim> claim = claim_from(request);
+  if (!claim) return end(claim.fault());
   Outcome<std::shared_ptr<Session>> session = context_.store.find(id.value(), principal_.name);
   if (!session) return end(session.fault());
   {
@@ -64,7 +66,7 @@ void StepStream::attach(const v1::Attach& request) {
   // Weak, because a stream ends whenever its client likes, and neither session nor frames should keep it.
   const std::weak_ptr<StepStream> weak = weak_from_this();
   Outcome<Session::Attachment> attachment = session.value()->attach(
-      request.takeover(),
+      std::move(claim.value()),
       [weak](const Fault& fault) {
         if (const auto stream = weak.lock()) stream->end(fault);
       },

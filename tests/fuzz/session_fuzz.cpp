@@ -383,7 +383,7 @@ class Driver {
     auto expected = std::make_shared<std::promise<Outcome<Standing>>>();
     const auto evicted = std::make_shared<int>(0);
     const auto attachment = session_->attach(
-        takeover, [evicted](const Fault&) { ++*evicted; },
+        {.takeover = takeover}, [evicted](const Fault&) { ++*evicted; },
         [expected](const Outcome<Standing>& standing) { expected->set_value(standing); });
     if (closed_)
       return expect(!attachment.ok() && attachment.fault().code == ErrorCode::kNotFound,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import uuid
 from collections import deque
 from typing import Any, NoReturn, Optional
 
@@ -60,6 +61,8 @@ class Link:
         self.echo_error: Optional[WarmfrontError] = None
         self.deadline: Optional[float] = None  # of what is waited for, by time.monotonic()
         self.stream: Optional[StepStream] = None
+        self.client_id = str(uuid.uuid4())  # of this object: orders its streams
+        self._attach_attempts = 0
         self.window = 1
         self.chunk_bytes = _FRAME_CHUNK  # of positions in one message
         # In memory that the daemon shares: for an answer there is `room`, and `wanted_room` would have been enough.
@@ -298,6 +301,10 @@ class Link:
         request.attach.session_id = self.session_id
         # The daemon may not have noticed yet that the previous stream is dead.
         request.attach.takeover = True
+        # Nor whether it was given up before this one: without this it could take over from it, coming late.
+        request.attach.client_id = self.client_id
+        self._attach_attempts += 1
+        request.attach.attempt = self._attach_attempts
         self.stream.write(request.SerializeToString())
         try:
             # Frames of the stream before may still be computed: the answer comes after them.

@@ -140,7 +140,7 @@ TEST_F(StoreTest, OnlyIdleSessionsWithoutAStreamExpire) {
   store.reserve(id_).value().fill(session);
   EXPECT_TRUE(store.remove_idle(std::chrono::hours(1)).empty());
   const auto attachment = session->attach(
-      false, [](const Fault&) {}, [](const Outcome<Standing>&) {});
+      {}, [](const Fault&) {}, [](const Outcome<Standing>&) {});
   ASSERT_TRUE(attachment.ok());
   EXPECT_TRUE(store.remove_idle(std::chrono::milliseconds(0)).empty());
   session->detach(attachment.value());
@@ -155,7 +155,7 @@ TEST_F(StoreTest, AFrameOfAStreamThatWasTakenOverIsRefused) {
   const auto attach = [&] {
     std::promise<std::uint64_t> frame;
     const auto attachment = session->attach(
-        true, [](const Fault&) {},
+        {.takeover = true}, [](const Fault&) {},
         [&](const Outcome<Standing>& standing) { frame.set_value(standing.value().now.frame); });
     EXPECT_EQ(frame.get_future().get(), 0u);
     return attachment.value();

@@ -144,6 +144,51 @@ TEST_F(ServiceTest, ASessionHasOneStreamUnlessItIsTakenOver) {
   EXPECT_EQ(response.answer().frame(), 1u);
 }
 
+// A client gave a stream up and attached with another one, and the daemon sees the first one's attach last:
+// it took over from its successor, whose frame then failed with ABORTED.
+TEST_F(ServiceTest, AnAttachThatComesLateDoesNotTakeOverFromItsSuccessor) {
+  ASSERT_TRUE(create().ok());
+  const auto claim = [](const std::string& client, std::uint64_t attempt) {
+    v1::StreamStepsRequest request = attach(kId, true);
+    request.mutable_attach()->set_client_id(client);
+    request.mutable_attach()->set_attempt(attempt);
+    return request;
+  };
+  v1::StreamStepsResponse response;
+  const auto refused = [&](const v1::StreamStepsRequest& request) {
+    Context context;
+    const auto stream = stub_->StreamSteps(&context);
+    stream->Write(request);
+    EXPECT_FALSE(stream->Read(&response));
+    return stream->Finish();
+  };
+  Context first, second;
+  const auto holder = stub_->StreamSteps(&first);
+  holder->Write(claim("a", 2));
+  ASSERT_TRUE(holder->Read(&response));
+  for (const std::uint64_t late : {1, 2}) {
+    const grpc::Status status = refused(claim("a", late));
+    EXPECT_EQ(status.error_code(), StatusCode::ABORTED);
+    EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_SESSION_ATTACHED);
+    EXPECT_THAT(status.error_message(), HasSubstr("attach " + std::to_string(late) + " of this client"));
+  }
+  holder->Write(frame_message(1, frame(1)));
+  ASSERT_TRUE(holder->Read(&response)) << "who came late has taken nothing";
+  EXPECT_EQ(response.answer().frame(), 1u);
+  const auto other = stub_->StreamSteps(&second);
+  other->Write(claim("b", 1));
+  ASSERT_TRUE(other->Read(&response)) << "another client's attempts are its own";
+  EXPECT_FALSE(holder->Read(&response));
+  EXPECT_EQ(holder->Finish().error_code(), StatusCode::ABORTED);
+
+  EXPECT_THAT(refused(claim(std::string(65, 'c'), 1)).error_message(), HasSubstr("client_id has 65 bytes"));
+  EXPECT_EQ(refused(claim("c", 0)).error_code(), StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(refused(claim("", 1)).error_code(), StatusCode::INVALID_ARGUMENT);
+  other->Write(frame_message(2, frame(2)));
+  ASSERT_TRUE(other->Read(&response));
+  EXPECT_EQ(response.answer().frame(), 2u);
+}
+
 TEST_F(ServiceTest, DeletingASessionEndsItsStream) {
   ASSERT_TRUE(create().ok());
   Context context, remove;
