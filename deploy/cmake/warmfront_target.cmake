@@ -7,7 +7,7 @@ if(WARMFRONT_SANITIZE)
   add_link_options(-fsanitize=${WARMFRONT_SANITIZE})
 endif()
 
-option(WARMFRONT_NO_TARGET_CLONES "Hot loops for the baseline instruction set only: same answers, to measure what the others gain" OFF)
+option(WARMFRONT_NO_TARGET_CLONES "Hot loops for the baseline instruction set only, in registers of 16 bytes: for x86-64 machines without AVX2, and to measure what the others gain" OFF)
 # Function multiversioning resolves before a sanitizer's runtime is up.
 if(WARMFRONT_SANITIZE OR WARMFRONT_NO_TARGET_CLONES)
   add_compile_definitions(WARMFRONT_NO_TARGET_CLONES)

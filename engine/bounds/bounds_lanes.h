@@ -27,9 +27,8 @@ WARMFRONT_INLINE EightAxes eight_axes(const PointBounds& point, std::size_t t) {
   constexpr float kDiagonal = PointBounds::kDiagonal;
   constexpr Float8 kBeyond{1, 1, 1, kDiagonal, kDiagonal, kDiagonal, kDiagonal, kDiagonal};
   const auto p = load<Float4>(point.at[t].data());
-  const Float8 at = __builtin_shufflevector(p, p, 0, 1, 2, 0, 0, 1, 1, 2) +
-                    kSign * __builtin_shufflevector(p, p, 1, 1, 1, 1, 1, 2, 2, 0);
-  const Float8 beyond = kBeyond * __builtin_shufflevector(p, p, 3, 3, 3, 3, 3, 3, 3, 3);
+  const Float8 at = spread<0, 1, 2, 0, 0, 1, 1, 2>(p) + kSign * spread<1, 1, 1, 1, 1, 2, 2, 0>(p);
+  const Float8 beyond = kBeyond * spread<3, 3, 3, 3, 3, 3, 3, 3>(p);
   return {at - beyond, -at - beyond};
 }
 

@@ -22,20 +22,20 @@ struct EightPoints {
     const auto two = [&](std::size_t i) {
       const auto low = load<Float4>(points[which[i]].at[t].data());
       const auto high = load<Float4>(points[which[i + 4]].at[t].data());
-      return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+      return joined(low, high);
     };
     const Float8 a = two(0);
     const Float8 b = two(1);
     const Float8 c = two(2);
     const Float8 d = two(3);
-    const Float8 xy_ab = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
-    const Float8 xy_cd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
-    const Float8 zm_ab = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
-    const Float8 zm_cd = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
-    x = __builtin_shufflevector(xy_ab, xy_cd, 0, 1, 8, 9, 4, 5, 12, 13);
-    y = __builtin_shufflevector(xy_ab, xy_cd, 2, 3, 10, 11, 6, 7, 14, 15);
-    z = __builtin_shufflevector(zm_ab, zm_cd, 0, 1, 8, 9, 4, 5, 12, 13);
-    margin = __builtin_shufflevector(zm_ab, zm_cd, 2, 3, 10, 11, 6, 7, 14, 15);
+    const Float8 xy_ab = shuffle<0, 8, 1, 9, 4, 12, 5, 13>(a, b);
+    const Float8 xy_cd = shuffle<0, 8, 1, 9, 4, 12, 5, 13>(c, d);
+    const Float8 zm_ab = shuffle<2, 10, 3, 11, 6, 14, 7, 15>(a, b);
+    const Float8 zm_cd = shuffle<2, 10, 3, 11, 6, 14, 7, 15>(c, d);
+    x = shuffle<0, 1, 8, 9, 4, 5, 12, 13>(xy_ab, xy_cd);
+    y = shuffle<2, 3, 10, 11, 6, 7, 14, 15>(xy_ab, xy_cd);
+    z = shuffle<0, 1, 8, 9, 4, 5, 12, 13>(zm_ab, zm_cd);
+    margin = shuffle<2, 3, 10, 11, 6, 7, 14, 15>(zm_ab, zm_cd);
   }
 };
 

@@ -86,7 +86,7 @@ class PointMaker {
   WARMFRONT_INLINE void put(const std::array<double, 4>& position, std::array<float, 4>& at) const {
     Double4 x;
     std::memcpy(&x, position.data(), sizeof x);
-    const Float4 local = __builtin_convertvector(to_local_(x), Float4);
+    const Float4 local = to_floats(to_local_(x));
     const Float4 size = local < 0.0F ? -local : local;
     if ((size[0] < kFarthest) & (size[1] < kFarthest) & (size[2] < kFarthest)) {  // false for NaN
       const float largest = std::max(std::max(size[0], size[1]), size[2]);

@@ -20,10 +20,10 @@ WARMFRONT_INLINE Feature merged(const Feature& a, const Feature& b) {
   return {merged(a.at0, b.at0), merged(a.at1, b.at1)};
 }
 
-// Sets `bit` in some lane when some axis separates a and b.
-template <class When>
-WARMFRONT_INLINE void mark_apart(When open, const Feature& a, const Feature& b, const Float8& width,
-                                 std::int32_t bit, Int8& marks) {
+// Sets `bit`, or a lane's bit, in lanes of axes that separate a and b.
+template <class When, class Bit>
+WARMFRONT_INLINE void mark_apart(When open, const Feature& a, const Feature& b, const Float8& width, Bit bit,
+                                 Int8& marks) {
   marks |= (Int8)(gap(open, a.at0, a.at1, b.at0, b.at1, width) > 0.0F) & bit;
 }
 
@@ -68,6 +68,11 @@ WARMFRONT_INLINE bool apart_along_ninth(const TriangleBounds& f, const TriangleB
          ((f0.upper + g0.lower > width) & (f1.upper + g1.lower > width));
 }
 
+template <int... kLane>
+WARMFRONT_INLINE EightAxes shuffled(const EightAxes& ends) {
+  return {shuffle<kLane...>(ends.lower, ends.lower), shuffle<kLane...>(ends.upper, ends.upper)};
+}
+
 // Bits, as in overlapping_features(), of the feature pairs whose bounds are apart. For the first eight axes a
 // lane is an axis and the loop runs over pairs; for the ninth a lane is a pair. Branchless: which features a
 // pair of triangles owns is nearly random.
@@ -90,19 +95,15 @@ WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f
   }
 
   // Lanes of ninth_of_features() for feature pairs 0-7 and 8-14.
-  constexpr Int8 kOfF[2] = {{0, 1, 2, 3, 3, 3, 4, 4}, {4, 5, 5, 5, 6, 6, 6, 7}};
-  constexpr Int8 kOfG[2] = {{3, 3, 3, 0, 1, 2, 4, 5}, {6, 4, 5, 6, 4, 5, 6, 7}};
   constexpr Int8 kBit[2] = {{1, 2, 4, 8, 16, 32, 64, 128}, {256, 512, 1024, 2048, 4096, 8192, 16384, 0}};
   const EightAxes of_f[2] = {ninth_of_features(f, 0), ninth_of_features(f, 1)};
   const EightAxes of_g[2] = {ninth_of_features(g, 0), ninth_of_features(g, 1)};
-  for (int half = 0; half < 2; ++half) {
-    const auto spread = [](const EightAxes& ninth, Int8 to) {
-      return EightAxes{__builtin_shuffle(ninth.lower, to), __builtin_shuffle(ninth.upper, to)};
-    };
-    marks |= (Int8)(gap(open, spread(of_f[0], kOfF[half]), spread(of_f[1], kOfF[half]),
-                        spread(of_g[0], kOfG[half]), spread(of_g[1], kOfG[half]), along_ninth) > 0.0F) &
-             kBit[half];
-  }
+  mark_apart(open, {shuffled<0, 1, 2, 3, 3, 3, 4, 4>(of_f[0]), shuffled<0, 1, 2, 3, 3, 3, 4, 4>(of_f[1])},
+             {shuffled<3, 3, 3, 0, 1, 2, 4, 5>(of_g[0]), shuffled<3, 3, 3, 0, 1, 2, 4, 5>(of_g[1])},
+             along_ninth, kBit[0], marks);
+  mark_apart(open, {shuffled<4, 5, 5, 5, 6, 6, 6, 7>(of_f[0]), shuffled<4, 5, 5, 5, 6, 6, 6, 7>(of_f[1])},
+             {shuffled<6, 4, 5, 6, 4, 5, 6, 7>(of_g[0]), shuffled<6, 4, 5, 6, 4, 5, 6, 7>(of_g[1])},
+             along_ninth, kBit[1], marks);
   return ored(marks);
 }
 

@@ -29,8 +29,8 @@ WARMFRONT_INLINE Extreme least(const MovingPoints& points, int end, const std::a
     const Float8 here = (direction[0] * load<Float8>(x + i) + direction[1] * load<Float8>(y + i)) +
                         direction[2] * load<Float8>(z + i);
     const Int8 less = here < reach;
-    reach = less ? here : reach;
-    at = less ? Int8{} + static_cast<std::int32_t>(i) : at;
+    reach = select(less, here, reach);
+    at = select(less, Int8{} + static_cast<std::int32_t>(i), at);
   }
   int lane = 0;
   for (int k = 1; k < 8; ++k) lane = reach[k] < reach[lane] ? k : lane;

@@ -25,7 +25,7 @@ WARMFRONT_INLINE Short16 in_all(const std::int16_t* pair) {
 }
 
 WARMFRONT_INLINE Short16 swapped(Short16 v) {
-  return __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14);
+  return shuffle<1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14>(v, v);
 }
 
 // The larger of each slot's two numbers, twice.
@@ -49,8 +49,7 @@ struct OpenUntil {
   Float8 widest = Float8{} - 1;
 
   WARMFRONT_INLINE Float8 open(Int8 at0, Int8 at1) const {
-    return until(unit[0] * __builtin_convertvector(at0, Float8),
-                 unit[1] * __builtin_convertvector(at1, Float8));
+    return until(unit[0] * to_floats(at0), unit[1] * to_floats(at1));
   }
   WARMFRONT_INLINE void see(Short16 at0, Short16 at1) {
     const Float8 low = open(((Int8)at0 << 16) >> 16, ((Int8)at1 << 16) >> 16);
@@ -61,7 +60,7 @@ struct OpenUntil {
   WARMFRONT_INLINE Short16 result() const {
     constexpr Short16 kOpen = Short16{} + 1;
     constexpr Short16 kShut = Short16{} - GridPair<Aabb>::kSlack;
-    return (Short16)(widest > 0.0F) != 0 ? kOpen : kShut;
+    return select((Short16)(widest > 0.0F) != 0, kOpen, kShut);
   }
 };
 
@@ -107,7 +106,7 @@ WARMFRONT_INLINE Row against(Open open, const RowsAt& eight, One&& one) {
 // Byte j is slot j. Usually no bit is set.
 WARMFRONT_INLINE std::uint64_t bytes_of(Int8 slots) {
   if (!any(slots)) return 0;
-  const Byte8 bytes = __builtin_convertvector(slots, Byte8);
+  const Byte8 bytes = to_bytes(slots);
   std::uint64_t packed;
   std::memcpy(&packed, &bytes, sizeof packed);
   return packed;
@@ -115,10 +114,9 @@ WARMFRONT_INLINE std::uint64_t bytes_of(Int8 slots) {
 
 // The least number; each occurs twice in its slot.
 WARMFRONT_INLINE std::int16_t least(Short16 v) {
-  const auto shuffled = [&](Int8 by) { return (Short16)__builtin_shuffle((Int8)v, by); };
-  v = lesser(v, shuffled(Int8{4, 5, 6, 7, 0, 1, 2, 3}));
-  v = lesser(v, shuffled(Int8{2, 3, 0, 1, 6, 7, 4, 5}));
-  v = lesser(v, shuffled(Int8{1, 0, 3, 2, 5, 4, 7, 6}));
+  v = lesser(v, (Short16)shuffle<4, 5, 6, 7, 0, 1, 2, 3>((Int8)v, (Int8)v));
+  v = lesser(v, (Short16)shuffle<2, 3, 0, 1, 6, 7, 4, 5>((Int8)v, (Int8)v));
+  v = lesser(v, (Short16)shuffle<1, 0, 3, 2, 5, 4, 7, 6>((Int8)v, (Int8)v));
   return v[0];
 }
 
@@ -168,7 +166,7 @@ struct Primitives {
     return ~static_cast<std::uint32_t>((full * 0x0102040810204080) >> 56) & 0xff;
   }
   WARMFRONT_INLINE static Short16 gap(Int8 meets, Int8, Short16 of_row) {
-    return (Short16)meets != 0 ? of_row : kFar;
+    return select((Short16)meets != 0, of_row, kFar);
   }
 };
 
@@ -182,7 +180,7 @@ struct Blocks {
   }
   WARMFRONT_INLINE std::uint32_t rows() const { return (1U << counts.a) - 1; }
   WARMFRONT_INLINE static Short16 gap(Int8, Int8 apart, Short16 of_row) {
-    return (Short16)apart != 0 ? of_row : kFar;
+    return select((Short16)apart != 0, of_row, kFar);
   }
 };
 
@@ -208,7 +206,7 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Rebased<Bounds>& over,
         });
     const Int8 looked_at = ((Int8{} + static_cast<std::int32_t>(rows)) & kLaneBit) != 0;
     const Int8 out = (Int8)(row.open > 0) & looked_at;
-    gap = (Short16)out != 0 ? row.gap : gap;
+    gap = select((Short16)out != 0, row.gap, gap);
     rows &= ~bits_of(out);
   }
   Int8 to_test{};

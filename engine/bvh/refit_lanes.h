@@ -58,19 +58,17 @@ WARMFRONT_INLINE Float8 least_of_each(const Float8 (&row)[8]) {
   for (int i = 0; i < 4; ++i) {
     const Float8 a = row[2 * i];
     const Float8 b = row[2 * i + 1];
-    four[i] = lesser(__builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14),
-                     __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15));
+    four[i] = lesser(shuffle<0, 8, 2, 10, 4, 12, 6, 14>(a, b), shuffle<1, 9, 3, 11, 5, 13, 7, 15>(a, b));
   }
   Float8 two[2];
 #pragma GCC unroll 8
   for (int i = 0; i < 2; ++i) {
     const Float8 a = four[2 * i];
     const Float8 b = four[2 * i + 1];
-    two[i] = lesser(__builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13),
-                    __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15));
+    two[i] = lesser(shuffle<0, 1, 8, 9, 4, 5, 12, 13>(a, b), shuffle<2, 3, 10, 11, 6, 7, 14, 15>(a, b));
   }
-  return lesser(__builtin_shufflevector(two[0], two[1], 0, 1, 2, 3, 8, 9, 10, 11),
-                __builtin_shufflevector(two[0], two[1], 4, 5, 6, 7, 12, 13, 14, 15));
+  return lesser(shuffle<0, 1, 2, 3, 8, 9, 10, 11>(two[0], two[1]),
+                shuffle<4, 5, 6, 7, 12, 13, 14, 15>(two[0], two[1]));
 }
 
 // The bounds of eight primitives at one end of the step, before quantisation: one row per end of a slab, in
@@ -139,7 +137,7 @@ struct EightEnds {
  private:
   // See grid_floor().
   WARMFRONT_INLINE static Int8 numbers(Float8 units) {
-    return __builtin_convertvector(units + kGridUp, Int8) - kGridBase;
+    return to_ints(units + kGridUp) - kGridBase;
   }
 };
 

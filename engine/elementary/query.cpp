@@ -162,8 +162,8 @@ WARMFRONT_INLINE void project(const Query& query, Vec3 MovingVec3::*end, Project
     to.gap[k][2] = straight - rotated;
     for (int group = 0; group < 3; ++group) {
       const Double4 p = to.gap[k][group];
-      to.lowest[group] = k == 0 ? p : (p < to.lowest[group] ? p : to.lowest[group]);
-      to.highest[group] = k == 0 ? p : (p > to.highest[group] ? p : to.highest[group]);
+      to.lowest[group] = k == 0 ? p : lesser(p, to.lowest[group]);
+      to.highest[group] = k == 0 ? p : greater(p, to.highest[group]);
     }
   }
 }

@@ -18,14 +18,14 @@ struct Columns {
   Vector of[4];
 
   WARMFRONT_INLINE Columns(Vector a, Vector b, Vector c, Vector d) {
-    const Vector ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5);
-    const Vector cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5);
-    const Vector ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
-    const Vector cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
-    of[0] = __builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5);
-    of[1] = __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7);
-    of[2] = __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5);
-    of[3] = __builtin_shufflevector(ab_high, cd_high, 2, 3, 6, 7);
+    const Vector ab_low = shuffle<0, 4, 1, 5>(a, b);
+    const Vector cd_low = shuffle<0, 4, 1, 5>(c, d);
+    const Vector ab_high = shuffle<2, 6, 3, 7>(a, b);
+    const Vector cd_high = shuffle<2, 6, 3, 7>(c, d);
+    of[0] = shuffle<0, 1, 4, 5>(ab_low, cd_low);
+    of[1] = shuffle<2, 3, 6, 7>(ab_low, cd_low);
+    of[2] = shuffle<0, 1, 4, 5>(ab_high, cd_high);
+    of[3] = shuffle<2, 3, 6, 7>(ab_high, cd_high);
   }
 };
 

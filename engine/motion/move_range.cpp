@@ -43,8 +43,8 @@ WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vert
       state = kMoving | kChanged;
     }
     const Double4 local = targets.to_local(x);
-    const Double4 size = local < 0.0 ? -local : local;
-    largest = size > largest ? size : largest;
+    const Double4 size = select(local < 0.0, -local, local);
+    largest = greater(size, largest);
     no_number |= size != size;
     states[v] = state;
     sum.add(state);

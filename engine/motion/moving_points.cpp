@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "engine/simd/target_clones.h"
+#include "engine/simd/lanes.h"
 
 namespace warmfront {
 namespace {
@@ -32,17 +32,6 @@ void turn(std::size_t count, const float* from, const float* matrix, float* to) 
   }
 }
 
-using Double4 = double __attribute__((vector_size(32)));
-using Float4 = float __attribute__((vector_size(16)));
-using Float8 = float __attribute__((vector_size(32)));
-
-template <class Vector>
-WARMFRONT_INLINE Vector load(const void* from) {
-  Vector vector;
-  std::memcpy(&vector, from, sizeof vector);
-  return vector;
-}
-
 // The largest square of a lane's offset from the centre. In vectors: written as a loop over lanes, GCC 12
 // makes six times as many instructions of it.
 WARMFRONT_TARGET_CLONES
@@ -54,10 +43,10 @@ float largest_square(std::size_t count, const float* at) {
     const auto y = load<Float8>(at + count + i);
     const auto z = load<Float8>(at + 2 * count + i);
     const Float8 square = (x * x + y * y) + z * z;
-    largest = square > largest ? square : largest;
+    largest = greater(square, largest);
   }
   float most = 0;
-  for (std::size_t k = 0; k < kLanes; ++k) most = std::max(most, largest[k]);
+  for (std::size_t k = 0; k < kLanes; ++k) most = std::max(most, largest[static_cast<int>(k)]);
   return most;
 }
 
@@ -69,8 +58,8 @@ void middles(std::size_t points, const VertexMotion* vertices, std::array<std::a
   for (std::size_t i = 1; i < points; ++i) {
     const std::array<Double4, 2> at{load<Double4>(&vertices[i].t0), load<Double4>(&vertices[i].t1)};
     for (std::size_t end = 0; end < 2; ++end) {
-      lo[end] = at[end] < lo[end] ? at[end] : lo[end];
-      hi[end] = hi[end] < at[end] ? at[end] : hi[end];
+      lo[end] = lesser(at[end], lo[end]);
+      hi[end] = greater(at[end], hi[end]);
     }
   }
   for (std::size_t end = 0; end < 2; ++end)
@@ -90,7 +79,7 @@ void offsets(std::size_t points, std::size_t count, const VertexMotion* vertices
     for (std::size_t i = 0; i < count; ++i) {
       const VertexMotion& vertex = vertices[std::min(i, points - 1)];
       const auto at = load<Double4>(end == 0 ? &vertex.t0 : &vertex.t1);
-      const Float4 local = __builtin_convertvector((at - from) * frame.scale_a * frame.scale_b, Float4);
+      const Float4 local = to_floats((at - from) * frame.scale_a * frame.scale_b);
       x[i] = local[0];
       y[i] = local[1];
       z[i] = local[2];

@@ -29,7 +29,7 @@ std::uint32_t take_range(std::span<const VertexMotion> vertices, const LocalTran
                          std::array<float, 4>* displacements) {
   Int4 most{};
   for (std::size_t v = 0; v < vertices.size(); ++v) {
-    const Float4 local = __builtin_convertvector(displacement(vertices[v], frame), Float4);
+    const Float4 local = to_floats(displacement(vertices[v], frame));
     std::memcpy(&displacements[v], &local, sizeof local);
     most = greater((Int4)local & std::numeric_limits<std::int32_t>::max(), most);
   }
@@ -43,7 +43,7 @@ bool within(std::span<const VertexMotion> vertices, const LocalTransform& frame,
             const std::array<float, 4>* displacements, double fraction, double room) {
   Long4 all = Long4{} - 1;
   for (std::size_t v = 0; v < vertices.size(); ++v) {
-    const Double4 whole = __builtin_convertvector(load<Float4>(displacements[v].data()), Double4);
+    const Double4 whole = to_doubles(load<Float4>(displacements[v].data()));
     const Double4 here = displacement(vertices[v], frame);
     const Double4 off = magnitude(here - fraction * whole) + 0x1p-23 * magnitude(whole);
     all &= (Long4)(off <= room);

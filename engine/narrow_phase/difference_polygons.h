@@ -33,13 +33,13 @@ WARMFRONT_INLINE void subtract(const Place* const (&places)[kLanes][2], Four3& t
     std::memcpy(&subtrahend, places[i][1]->data(), sizeof subtrahend);
     of[i] = minuend - subtrahend;
   }
-  const Lanes xz01 = __builtin_shuffle(of[0], of[1], Mask{0, 4, 2, 6});
-  const Lanes xz23 = __builtin_shuffle(of[2], of[3], Mask{0, 4, 2, 6});
-  const Lanes y01 = __builtin_shuffle(of[0], of[1], Mask{1, 5, 3, 7});
-  const Lanes y23 = __builtin_shuffle(of[2], of[3], Mask{1, 5, 3, 7});
-  to.x = __builtin_shuffle(xz01, xz23, Mask{0, 1, 4, 5});
-  to.y = __builtin_shuffle(y01, y23, Mask{0, 1, 4, 5});
-  to.z = __builtin_shuffle(xz01, xz23, Mask{2, 3, 6, 7});
+  const Lanes xz01 = shuffle<0, 4, 2, 6>(of[0], of[1]);
+  const Lanes xz23 = shuffle<0, 4, 2, 6>(of[2], of[3]);
+  const Lanes y01 = shuffle<1, 5, 3, 7>(of[0], of[1]);
+  const Lanes y23 = shuffle<1, 5, 3, 7>(of[2], of[3]);
+  to.x = shuffle<0, 1, 4, 5>(xz01, xz23);
+  to.y = shuffle<0, 1, 4, 5>(y01, y23);
+  to.z = shuffle<2, 3, 6, 7>(xz01, xz23);
 }
 
 /// The pairs' corners, with vertex v at place_of(v); one rounding a coordinate.

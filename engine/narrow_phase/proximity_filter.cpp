@@ -15,7 +15,8 @@ namespace {
 using namespace difference_polygons;  // NOLINT: what this filter works on
 
 WARMFRONT_INLINE Four3 select(const Mask& mask, const Four3& a, const Four3& b) {
-  return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
+  return {warmfront::select(mask, a.x, b.x), warmfront::select(mask, a.y, b.y),
+          warmfront::select(mask, a.z, b.z)};
 }
 WARMFRONT_INLINE Four3 operator*(const Lanes& s, const Four3& v) {
   return {s * v.x, s * v.y, s * v.z};
@@ -30,7 +31,7 @@ struct Closest {
     const Lanes length = dot(other, other);
     const Mask nearer = where & (length < squared);
     point = select(nearer, other, point);
-    squared = nearer ? length : squared;
+    squared = warmfront::select(nearer, length, squared);
   }
 };
 
@@ -40,7 +41,7 @@ WARMFRONT_INLINE Closest closest_to_origin(const Corners& p, const Mask& is_tria
     const Four3& begin = p[k];
     const Four3 side = p[(k + 1) % 4] - begin;
     const Lanes length = dot(side, side);
-    const Lanes share = length > 0 ? -dot(begin, side) / length : Lanes{};
+    const Lanes share = warmfront::select(length > 0, -dot(begin, side) / length, Lanes{});
     // In [0, 1], whatever it was.
     closest.take(begin + greater(lesser(share, Lanes{} + 1), Lanes{}) * side, Mask{} - 1);
   }
@@ -52,7 +53,7 @@ WARMFRONT_INLINE Closest closest_to_origin(const Corners& p, const Mask& is_tria
   const Lanes determinant = uu * vv - uv * uv;
   const Lanes s = (uv * pv - vv * pu) / determinant;
   const Lanes t = (uv * pu - uu * pv) / determinant;
-  const Lanes most = is_triangle ? s + t : greater(s, t);
+  const Lanes most = warmfront::select(is_triangle, s + t, greater(s, t));
   closest.take(p[0] + s * u + t * v, (determinant > 0) & (s >= 0) & (t >= 0) & (most <= 1));
   return closest;
 }
@@ -75,8 +76,9 @@ WARMFRONT_INLINE void decide(const FeaturePair* const (&pairs)[kLanes], const Pl
   constexpr double kError = 0x1p-46;
   Corners p;
   gather(pairs, place_of, p);
-  Mask is_triangle;
-  for (int i = 0; i < kLanes; ++i) is_triangle[i] = pairs[i]->kind == ContactKind::kVertexFace ? -1 : 0;
+  std::array<long long, kLanes> triangles;
+  for (std::size_t i = 0; i < kLanes; ++i) triangles[i] = pairs[i]->kind == ContactKind::kVertexFace ? -1 : 0;
+  const auto is_triangle = load<Mask>(triangles.data());
   const Closest closest = closest_to_origin(p, is_triangle);
   const Lanes size = size_of(p);
   const Lanes error = kError * size;
@@ -99,14 +101,14 @@ WARMFRONT_INLINE void filter(std::span<const FeaturePair> pairs, const PlaceOf& 
   for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
     const std::size_t lanes = std::min<std::size_t>(kLanes, pairs.size() - first);
     const FeaturePair* of[kLanes];
-    Lanes separation{};
+    std::array<double, kLanes> separation;
     for (std::size_t i = 0; i < kLanes; ++i) {
       const std::size_t pair = first + (i < lanes ? i : 0);
       of[i] = &pairs[pair];
       separation[i] = separation_of(pair);
     }
     unsigned near = 0, apart = 0;
-    decide(of, place_of, separation, excess, near, apart);
+    decide(of, place_of, load<Lanes>(separation.data()), excess, near, apart);
     for (std::size_t i = 0; i < lanes; ++i)
       nearness[first + i] = (near >> i & 1U) != 0    ? Nearness::kNear
                             : (apart >> i & 1U) != 0 ? Nearness::kApart

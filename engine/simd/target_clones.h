@@ -14,4 +14,8 @@
 #define WARMFRONT_TARGET_CLONES [[gnu::target_clones("arch=x86-64-v4", "avx2", "default")]]
 #else
 #define WARMFRONT_TARGET_CLONES
+#if !defined(__AVX2__)
+/// There is nothing but registers of 16 bytes: vectors are halved (halves.h).
+#define WARMFRONT_REGISTERS_OF_16_BYTES
+#endif
 #endif
