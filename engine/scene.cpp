@@ -138,16 +138,6 @@ std::array<std::uint32_t, 5> Scene::edge_face_vertices_of(const Contact& contact
   return {edge[0], edge[1], face[0], face[1], face[2]};
 }
 
-FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::uint32_t end_vertex) {
-  // Edges are sorted by their vertices in given numbers, and bodies are ranges of these.
-  const auto edges_before = [&](std::uint32_t vertex) {
-    return static_cast<std::uint32_t>(
-        std::ranges::partition_point(scene.edges(), [&](const Edge& e) { return e[0] < vertex; }) -
-        scene.edges().begin());
-  };
-  return {first_vertex, end_vertex, edges_before(first_vertex), edges_before(end_vertex)};
-}
-
 std::size_t Scene::memory_bytes() const {
   return sizeof(*this) + sizeof(*mesh_) + mesh_->faces.capacity() * sizeof(Face) +
          mesh_->edges.capacity() * sizeof(Edge) +

@@ -160,12 +160,6 @@ struct ReplacedBodies;
 using Face = std::array<std::uint32_t, 3>;
 using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in original numbers
 
-/// A primitive of the hierarchy: a face's number, or a lone edge's or isolated vertex's number with its bit
-/// set.
-using Primitive = std::uint32_t;
-inline constexpr Primitive kSegment = 0x40000000;
-inline constexpr Primitive kPoint = 0x80000000;
-
 /// The topology of a scene. Non-manifold edges, boundaries, duplicate and degenerate faces, edges of no face
 /// and isolated vertices are legal. Edges are sorted by their vertices, so edge ids do not depend on the
 /// order of faces. A face (a, a, b) has the sides (a, a) and (a, b), each once: the former is an edge that is
@@ -295,19 +289,5 @@ class Scene {
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs_;
   std::shared_ptr<const PairFilters> filters_;  // shared by copies; null: none
 };
-
-/// A range of vertices and of edges, for example of a body.
-struct FeatureRange {
-  std::uint32_t first_vertex = 0;
-  std::uint32_t end_vertex = 0;
-  std::uint32_t first_edge = 0;
-  std::uint32_t end_edge = 0;
-};
-
-inline FeatureRange whole(const Scene& scene) {
-  return {0, scene.vertex_count(), 0, scene.edge_count()};
-}
-/// Vertices [first, end) and the edges between them, which are a range when the vertices are a body's.
-FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::uint32_t end_vertex);
 
 }  // namespace warmfront

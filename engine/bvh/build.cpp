@@ -160,8 +160,9 @@ std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, con
   std::iota(order.begin(), order.end(), 0U);
   const Places places = find_places(scene, motion, primitives, stop);
   Splitter{shape, places, order, stop}.split(kRoot);
-  for (std::uint32_t& p : order) p = primitives[p];
-  return order;
+  std::vector<Primitive> ordered(order.size());
+  std::ranges::transform(order, ordered.begin(), [&](std::uint32_t p) { return primitives[p]; });
+  return ordered;
 }
 
 }  // namespace warmfront

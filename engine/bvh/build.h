@@ -8,6 +8,7 @@
 #include "engine/bvh/tree_shape.h"
 #include "engine/motion/motion.h"
 #include "engine/scene.h"
+#include "engine/scene/primitives.h"
 #include "engine/stop.h"
 
 namespace warmfront {

@@ -88,9 +88,9 @@ void Bvh<Bounds>::list_leaves(StopSignal stop) {
     }
   };
   const Ranges ranges = join_pieces(0, order.size(), stop, Ranges{}, ranges_of, widen);
-  const auto make_leaves = [&](LeavesOfKind& leaves_of, const Range& range) {
-    leaves_of.first = range.end > 0 ? range.first : 0;
-    make_room(leaves_of.leaf, range.end - leaves_of.first, stop);
+  const auto make_leaves = [&]<class Id>(LeavesOf<Id>& leaves_of, const Range& range) {
+    leaves_of.first = Id{range.end > 0 ? range.first : 0};
+    make_room(leaves_of.leaf, Id{range.end} - leaves_of.first, stop);
   };
   make_leaves(face_leaves, ranges[0]);
   make_leaves(segment_leaves, ranges[1]);
@@ -99,9 +99,11 @@ void Bvh<Bounds>::list_leaves(StopSignal stop) {
   const auto list_leaf = [&](std::size_t leaf) {
     const NodeId node = shape.first_leaf() + static_cast<std::uint32_t>(leaf);
     for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
-      if (is_point(order[i])) continue;
-      LeavesOfKind& leaves_of = is_face(order[i]) ? face_leaves : segment_leaves;
-      leaves_of.leaf[number_in_kind(order[i]) - leaves_of.first] = node;
+      const Primitive p = order[i];
+      if (is_face(p))
+        face_leaves.leaf[NewFace{face_number(p)} - face_leaves.first] = node;
+      else if (is_segment(p))
+        segment_leaves.leaf[edge_id(p) - segment_leaves.first] = node;
     }
   };
   for_each_index(0, shape.end_node() - shape.first_leaf(), stop, list_leaf, 512);

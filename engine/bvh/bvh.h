@@ -25,11 +25,12 @@ namespace warmfront {
 
 /// The leaf that each face, or each lone edge, of a hierarchy is in, from the first one on: faces are a
 /// range, and lone edges among the edges of one.
-struct LeavesOfKind {
+template <Number Id>
+struct LeavesOf {
   std::vector<NodeId> leaf;
-  std::uint32_t first = 0;
+  Id first{0};
 
-  NodeId of(std::uint32_t number) const { return leaf[number - first]; }
+  NodeId of(Id id) const { return leaf[id - first]; }
 };
 
 /// A hierarchy over some of a scene's primitives, with bounds of one kind.
@@ -39,8 +40,8 @@ struct Bvh {
   std::vector<Primitive> order;  ///< primitive at each position
   std::vector<Bounds> nodes;     ///< by NodeId
   LeafContents<Bounds> leaves;
-  LeavesOfKind face_leaves;
-  LeavesOfKind segment_leaves;
+  LeavesOf<NewFace> face_leaves;
+  LeavesOf<EdgeId> segment_leaves;
   std::vector<std::uint32_t> patches;  ///< node_patches() of the filters
   TreeMotion motion;
   TreeTravel travel;

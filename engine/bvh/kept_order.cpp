@@ -11,6 +11,8 @@
 namespace warmfront {
 namespace {
 
+constexpr Primitive kNoPrimitive{0xffffffff};
+
 struct Block {
   std::array<Primitive, TreeShape::kBlockSize> held;
   std::uint32_t count = 0;
@@ -50,15 +52,15 @@ class Placing {
   bool for_others(const LocalChange& change, PacedStop& paced, Visit&& visit) const {
     for (std::uint32_t f = 0; f < change.face_before.size(); ++f) {
       paced.check();
-      if (change.face_before[f] == LocalChange::kNone && !visit(f)) return false;
+      if (change.face_before[f] == LocalChange::kNone && !visit(primitive_of_face(f))) return false;
     }
     for (std::size_t i = 0; i < segments_.size(); ++i) {
       paced.check();
-      if (segments_[i] == 0 && !visit(kSegment | alone_.lone_edges()[i])) return false;
+      if (segments_[i] == 0 && !visit(primitive_of_edge(lone_edges(alone_)[i]))) return false;
     }
     for (std::size_t i = 0; i < points_.size(); ++i) {
       paced.check();
-      if (points_[i] == 0 && !visit(kPoint | alone_.isolated_vertices()[i])) return false;
+      if (points_[i] == 0 && !visit(primitive_of_vertex(alone_.isolated_vertices()[i]))) return false;
     }
     return true;
   }
@@ -94,15 +96,18 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   };
   // The same primitive as given now, if there is one; faces only where they are left.
   const auto left_of = [&](Primitive p) {
-    if (is_face(p)) return change.face_of[p - part.first_face];
-    Primitive now = LocalChange::kNone;
-    if (is_point(p)) {
-      now = kPoint | given(number_in_kind(p));
-    } else {
-      const std::uint32_t edge = change.edge_of[number_in_kind(p) - part.features.first_edge];
-      if (edge != LocalChange::kNone) now = kSegment | edge;
+    if (is_face(p)) {
+      const std::uint32_t face = change.face_of[face_number(p) - part.first_face];
+      return face != LocalChange::kNone ? primitive_of_face(face) : kNoPrimitive;
     }
-    return now != LocalChange::kNone && placing.place(now) ? now : LocalChange::kNone;
+    Primitive now = kNoPrimitive;
+    if (is_point(p)) {
+      now = primitive_of_vertex(given(vertex_number(p)));
+    } else {
+      const EdgeId edge = change.edge_of[edge_id(p) - part.features.first_edge];
+      if (edge != LocalChange::kNoEdge) now = primitive_of_edge(edge);
+    }
+    return now != kNoPrimitive && placing.place(now) ? now : kNoPrimitive;
   };
   for (std::uint32_t b = 0; b < count; ++b) {
     const BlockId block{b};
@@ -110,7 +115,7 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
       paced.check();
       for (const std::uint32_t v : primitive_vertices(before, order[i])) block_of_vertex[given(v)] = b;
       const Primitive now = left_of(order[i]);
-      if (now != LocalChange::kNone)
+      if (now != kNoPrimitive)
         blocks[b].add(now);
       else
         changed[b] = 1;

@@ -12,6 +12,7 @@
 #include "engine/scene.h"
 #include "engine/scene/local_change.h"
 #include "engine/scene/numbers.h"
+#include "engine/scene/primitives.h"
 #include "engine/scene/scene_join.h"
 #include "engine/stop.h"
 

@@ -92,8 +92,8 @@ void mark_states(const RefitInput& input, Bvh<Bounds>& bvh) {
         if (node == kRoot) break;
       }
     };
-    for (const std::uint32_t f : input.scene.vertex_faces()[v]) mark(bvh.face_leaves.of(f));
-    for (const std::uint32_t e : input.scene.lone_edges_of(v)) mark(bvh.segment_leaves.of(e));
+    for (const std::uint32_t f : input.scene.vertex_faces()[v]) mark(bvh.face_leaves.of(NewFace{f}));
+    for (const EdgeId e : lone_edges_of(input.scene, v)) mark(bvh.segment_leaves.of(e));
   }
 }
 

@@ -14,22 +14,23 @@ namespace {
 constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
 
 /// Position of each of a range of faces, or of lone edges: kBlockSize times the block, plus the slot.
-class PlacesOfKind {
+template <Number Id>
+class PlacesOf {
  public:
-  void widen(std::uint32_t number) {
-    first_ = std::min(first_, number);
-    end_ = std::max(end_, number + 1);
+  void widen(Id id) {
+    first_ = std::min(first_, id);
+    end_ = std::max(end_, id + 1);
   }
   /// After all widen().
   void make_room(StopSignal stop) {
     if (end_ > first_) lengthen(place_, end_ - first_, kNowhere, stop);
   }
-  std::uint32_t& of(std::uint32_t number) { return place_[number - first_]; }
-  std::uint32_t of(std::uint32_t number) const { return place_[number - first_]; }
+  std::uint32_t& of(Id id) { return place_[id - first_]; }
+  std::uint32_t of(Id id) const { return place_[id - first_]; }
 
  private:
-  std::uint32_t first_ = kNowhere;
-  std::uint32_t end_ = 0;
+  Id first_{kNowhere};
+  Id end_{0};
   std::vector<std::uint32_t> place_;
 };
 
@@ -53,14 +54,14 @@ class SharedVertices::Places {
  public:
   std::uint32_t first_vertex = kNowhere;
   std::uint32_t end_vertex = 0;
-  PlacesOfKind faces;
-  PlacesOfKind segments;
+  PlacesOf<NewFace> faces;
+  PlacesOf<EdgeId> segments;
 
   Places(const Scene& scene, std::span<const std::span<const Primitive>> blocks, StopSignal stop) {
     PacedStop paced(stop);
     for_each(blocks, [&](Primitive p, std::uint32_t) {
       paced.check();
-      of_kind(p).widen(number_in_kind(p));
+      of_kind(p, [](auto& places, auto id) { places.widen(id); });
       for (const std::uint32_t v : primitive_vertices(scene, p)) {
         first_vertex = std::min(first_vertex, v);
         end_vertex = std::max(end_vertex, v + 1);
@@ -70,12 +71,18 @@ class SharedVertices::Places {
     segments.make_room(stop);
     for_each(blocks, [&](Primitive p, std::uint32_t at) {
       paced.check();
-      of_kind(p).of(number_in_kind(p)) = at;
+      of_kind(p, [at](auto& places, auto id) { places.of(id) = at; });
     });
   }
 
  private:
-  PlacesOfKind& of_kind(Primitive p) { return is_face(p) ? faces : segments; }
+  template <class Visit>
+  void of_kind(Primitive p, Visit&& visit) {
+    if (is_face(p))
+      visit(faces, NewFace{face_number(p)});
+    else
+      visit(segments, edge_id(p));
+  }
 
   // Points share no vertex.
   template <class Visit>
@@ -158,13 +165,13 @@ void SharedVertices::list(const Scene& scene, const Places& places, std::span<co
     paced.check();
     if (!is_marked(vertices, v - places.first_vertex)) continue;
     const std::span<const std::uint32_t> faces = scene.vertex_faces()[v];
-    const std::span<const std::uint32_t> segments = scene.lone_edges_of(v);
-    const auto of_face = [&](std::uint32_t f) { return places.faces.of(f); };
-    const auto of_segment = [&](std::uint32_t e) { return places.segments.of(e); };
+    const auto segments = lone_edges_of(scene, v);
+    const auto of_face = [&](std::uint32_t f) { return places.faces.of(NewFace{f}); };
+    const auto of_segment = [&](EdgeId e) { return places.segments.of(e); };
     if (faces.size() + segments.size() > kMostAround) {
       crowded_.resize(others_.size() / kRow);
       for (const std::uint32_t f : faces) crowded_[of_face(f) / kBlockSize] = 1;
-      for (const std::uint32_t e : segments) crowded_[of_segment(e) / kBlockSize] = 1;
+      for (const EdgeId e : segments) crowded_[of_segment(e) / kBlockSize] = 1;
       continue;
     }
     std::ranges::transform(faces, of_vertex.begin(), of_face);

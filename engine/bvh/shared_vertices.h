@@ -14,6 +14,7 @@
 #include "engine/bvh/tree_shape.h"
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
+#include "engine/scene/primitives.h"
 #include "engine/stop.h"
 
 namespace warmfront {

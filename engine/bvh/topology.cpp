@@ -22,14 +22,14 @@ std::vector<std::vector<Primitive>> primitives_of_parts(const Scene& given, std:
   PacedStop paced(stop);
   for (std::uint32_t f = first_face; f < given.face_count(); ++f) {
     paced.check();
-    primitives[part_of(given.faces()[f][0])].push_back(f);
+    primitives[part_of(given.faces()[f][0])].push_back(primitive_of_face(f));
   }
-  for (const std::uint32_t e : given.lone_edges()) {
-    const std::size_t part = part_of(given.edges()[e][0]);
-    if (part >= first_part) primitives[part].push_back(kSegment | e);
+  for (const EdgeId e : lone_edges(given)) {
+    const std::size_t part = part_of(ends_of(given, e)[0]);
+    if (part >= first_part) primitives[part].push_back(primitive_of_edge(e));
   }
   for (const std::uint32_t v : given.isolated_vertices()) {
-    if (part_of(v) >= first_part) primitives[part_of(v)].push_back(kPoint | v);
+    if (part_of(v) >= first_part) primitives[part_of(v)].push_back(primitive_of_vertex(v));
   }
   return primitives;
 }
@@ -104,8 +104,8 @@ void PartTopology::shift(const NumberShift& by) noexcept {
   first_face += by.face;
   end_face += by.face;
   for (Primitive& primitive : order) primitive = shifted(primitive, by);
-  for (FeatureIds& pair : orphans.vertex_face) pair = {pair.a + by.vertex, pair.b + by.face};
-  for (FeatureIds& pair : orphans.edge_edge) pair = {pair.a + by.edge, pair.b + by.edge};
+  for (VertexFaceIds& pair : orphans.vertex_face) pair = {pair.a + by.vertex, pair.b + by.face};
+  for (EdgeEdgeIds& pair : orphans.edge_edge) pair = {pair.a + by.edge, pair.b + by.edge};
 }
 
 void Topology::need_adjacent(PartId index, StopSignal stop) {

@@ -78,14 +78,14 @@ class Checksum {
 };
 
 // Of a list of numbers less what they begin at.
-void add_relative(Checksum& sum, std::span<const FeatureIds> pairs, std::uint32_t first_a,
-                  std::uint32_t first_b) {
+template <class A, class B>
+void add_relative(Checksum& sum, const std::vector<FeatureIds<A, B>>& pairs, A first_a, B first_b) {
   constexpr std::size_t kAtOnce = 256;
-  std::array<FeatureIds, kAtOnce> some;
+  std::array<std::array<std::uint32_t, 2>, kAtOnce> some;
   for (std::size_t at = 0; at < pairs.size(); at += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, pairs.size() - at);
     for (std::size_t i = 0; i < count; ++i) some[i] = {pairs[at + i].a - first_a, pairs[at + i].b - first_b};
-    sum.add(std::span<const FeatureIds>(some.data(), count));
+    sum.add(std::span<const std::array<std::uint32_t, 2>>(some.data(), count));
   }
 }
 
@@ -122,7 +122,7 @@ std::uint64_t thickness_checksum(const Thickness& thickness, StopSignal stop) {
 std::uint64_t orphans_checksum(const PartTopology& part, std::size_t index, StopSignal stop) {
   Checksum sum(stop);
   const FeatureRange& features = part.features;
-  add_relative(sum, part.orphans.vertex_face, features.first_vertex, part.first_face);
+  add_relative(sum, part.orphans.vertex_face, NewVertex{features.first_vertex}, NewFace{part.first_face});
   add_relative(sum, part.orphans.edge_edge, features.first_edge, features.first_edge);
   // Include the part's identity, so that swapping two parts' sets changes the sum.
   sum.add(std::array<std::uint64_t, 1>{index});

@@ -15,9 +15,9 @@ namespace {
 std::vector<Primitive> primitives_of(const Scene& given) {
   std::vector<Primitive> primitives;
   primitives.reserve(given.element_count() + given.isolated_vertices().size());
-  for (std::uint32_t f = 0; f < given.face_count(); ++f) primitives.push_back(f);
-  for (const std::uint32_t e : given.lone_edges()) primitives.push_back(kSegment | e);
-  for (const std::uint32_t v : given.isolated_vertices()) primitives.push_back(kPoint | v);
+  for (std::uint32_t f = 0; f < given.face_count(); ++f) primitives.push_back(primitive_of_face(f));
+  for (const EdgeId e : lone_edges(given)) primitives.push_back(primitive_of_edge(e));
+  for (const std::uint32_t v : given.isolated_vertices()) primitives.push_back(primitive_of_vertex(v));
   return primitives;
 }
 

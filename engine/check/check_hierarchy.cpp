@@ -59,10 +59,13 @@ bool HierarchyCheck<Bounds>::leaves_agree() const {
   for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf) {
     paced.check();
     for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
-      if (is_point(tree_.order[i])) continue;
-      const LeavesOfKind& leaves = is_face(tree_.order[i]) ? tree_.face_leaves : tree_.segment_leaves;
-      const std::uint32_t at = number_in_kind(tree_.order[i]) - leaves.first;
-      if (at >= leaves.leaf.size() || leaves.leaf[at] != leaf) return false;
+      const Primitive p = tree_.order[i];
+      const auto lists_leaf = [leaf](const auto& leaves, auto id) {
+        const std::uint32_t at = id - leaves.first;
+        return at < leaves.leaf.size() && leaves.leaf[at] == leaf;
+      };
+      if (is_face(p) && !lists_leaf(tree_.face_leaves, NewFace{face_number(p)})) return false;
+      if (is_segment(p) && !lists_leaf(tree_.segment_leaves, edge_id(p))) return false;
     }
     if (!tree_.leaves.blocks.empty() && !blocks_agree(leaf)) return false;
   }

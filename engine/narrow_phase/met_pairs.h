@@ -11,6 +11,7 @@
 #include "engine/contact.h"
 #include "engine/front/rest_answer.h"
 #include "engine/scene.h"
+#include "engine/scene/primitives.h"
 
 namespace warmfront {
 

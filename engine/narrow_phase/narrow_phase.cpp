@@ -153,11 +153,11 @@ void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, boo
 }
 
 template <class Bounds>
-void NarrowPhase<Bounds>::test_edge_face_orphans(std::span<const FeatureIds> orphans) {
+void NarrowPhase<Bounds>::test_edge_face_orphans(std::span<const EdgeFaceIds> orphans) {
   constexpr std::size_t kAtOnce = 512;
   for_pieces(0, orphans.size(), kAtOnce, impl_->input->stop, [&](std::size_t first, std::size_t end) {
     PairTester& tester = impl_->local_sink().tester;
-    for (std::size_t i = first; i < end; ++i) tester.orphan_ef(orphans[i]);
+    for (std::size_t i = first; i < end; ++i) tester.orphan(orphans[i]);
   });
 }
 

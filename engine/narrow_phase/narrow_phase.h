@@ -109,7 +109,7 @@ class NarrowPhase final : public LeafPairSinks {
 
   /// Of intersections: tests edges and faces that no pair of faces offers, edge_face_orphans() of a part.
   /// Parallel; flush() must follow.
-  void test_edge_face_orphans(std::span<const FeatureIds> orphans);
+  void test_edge_face_orphans(std::span<const EdgeFaceIds> orphans);
   /// Tests the orphan sets of parts, in parallel. With `retest`, also those whose vertices have not changed
   /// since their last test.
   void test_orphans(std::span<OrphanBlocks* const> parts, bool retest);

@@ -15,13 +15,13 @@ OrphanBlocks::OrphanBlocks(const Scene& scene, const Orphans& orphans, const Orp
 
 MotionState OrphanBlocks::state_of(std::uint32_t orphan, std::span<const MotionState> states) const {
   if (orphan < orphans_.vertex_face.size()) {
-    const FeatureIds& ids = orphans_.vertex_face[orphan];
-    const Face& face = scene_.faces()[ids.b];
-    return states[ids.a] | states[face[0]] | states[face[1]] | states[face[2]];
+    const auto [v, f] = orphans_.vertex_face[orphan];
+    const Face& face = scene_.faces()[number_of(f)];
+    return states[number_of(v)] | states[face[0]] | states[face[1]] | states[face[2]];
   }
-  const FeatureIds& ids = orphans_.edge_edge[orphan - orphans_.vertex_face.size()];
-  const Edge& a = scene_.edges()[ids.a];
-  const Edge& b = scene_.edges()[ids.b];
+  const EdgeEdgeIds& ids = orphans_.edge_edge[orphan - orphans_.vertex_face.size()];
+  const Edge& a = ends_of(scene_, ids.a);
+  const Edge& b = ends_of(scene_, ids.b);
   return states[a[0]] | states[a[1]] | states[b[0]] | states[b[1]];
 }
 
@@ -30,9 +30,9 @@ void OrphanBlocks::test(std::size_t index, const RangeMotion& motion, std::span<
   Block& block = blocks_[index];
   const auto run = [&](std::uint32_t orphan) {
     if (orphan < orphans_.vertex_face.size())
-      tester.orphan_vf(orphans_.vertex_face[orphan]);
+      tester.orphan(orphans_.vertex_face[orphan]);
     else
-      tester.orphan_ee(orphans_.edge_edge[orphan - orphans_.vertex_face.size()]);
+      tester.orphan(orphans_.edge_edge[orphan - orphans_.vertex_face.size()]);
   };
   const auto begin = static_cast<std::uint32_t>(index * kOrphans);
   const auto end = static_cast<std::uint32_t>(

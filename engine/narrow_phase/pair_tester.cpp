@@ -17,15 +17,18 @@
 namespace warmfront {
 namespace {
 
-FeaturePair vertex_face(const Scene& scene, const FeatureIds& ids) {
-  const Face& face = scene.faces()[ids.b];
-  return {{ids.a, face[0], face[1], face[2]}, ids.a, ids.b, ContactKind::kVertexFace};
+FeaturePair vertex_face(const Scene& scene, std::uint32_t v, std::uint32_t f) {
+  const Face& face = scene.faces()[f];
+  return {{v, face[0], face[1], face[2]}, v, f, ContactKind::kVertexFace};
 }
 
-FeaturePair edge_edge(const Scene& scene, const FeatureIds& ids) {
-  const Edge& a = scene.edges()[ids.a];
-  const Edge& b = scene.edges()[ids.b];
-  return {{a[0], a[1], b[0], b[1]}, ids.a, ids.b, ContactKind::kEdgeEdge};
+// The lesser edge first.
+FeaturePair edge_edge(const Scene& scene, EdgeId e1, EdgeId e2) {
+  const EdgeId lesser = std::min(e1, e2);
+  const EdgeId greater = std::max(e1, e2);
+  const Edge& a = ends_of(scene, lesser);
+  const Edge& b = ends_of(scene, greater);
+  return {{a[0], a[1], b[0], b[1]}, number_of(lesser), number_of(greater), ContactKind::kEdgeEdge};
 }
 
 }  // namespace
@@ -44,7 +47,7 @@ void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared)
 }
 
 void PairTester::met_pair(Primitive p, Primitive q) {
-  if (!is_point(p | q)) {
+  if (!has_point(p, q)) {
     const Face of_p = primitive_vertices(input_->scene, p);
     const Face of_q = primitive_vertices(input_->scene, q);
     if (!overlap<KDop18>(bounds_of(of_p), bounds_of(of_q), width_of(of_p, of_q))) return;
@@ -56,26 +59,26 @@ void PairTester::primitive_pair(Primitive p, Primitive q) {
   std::uint32_t left_out = 0;
   if (input_->filter.any() && are_faces(p, q)) {
     // As element_pair() orders them.
-    left_out =
-        input_->filter.left_out(input_->scene.faces()[std::min(p, q)], input_->scene.faces()[std::max(p, q)]);
+    left_out = input_->filter.left_out(input_->scene.faces()[face_number(std::min(p, q))],
+                                       input_->scene.faces()[face_number(std::max(p, q))]);
     if (left_out == PairFilter::kAll) {
       ++output_.counts.triangle_pairs_filtered;
       return;
     }
   }
-  const bool of_points = !is_face(p) && !is_face(q) && is_point(p | q);
+  const bool of_points = !is_face(p) && !is_face(q) && has_point(p, q);
   if (of_points && !asks_for_distances()) return;
   if (input_->note_met && room_to_note(1)) met_.pairs.push_back({p, q});
   if (of_points) {
     point_pair(p, q);
-  } else if (!is_point(p | q)) {
+  } else if (!has_point(p, q)) {
     element_pair(std::min(p, q), std::max(p, q), left_out);
   } else if (input_->options.pair_test == PairTest::kIntersection) {
     return;  // a point has no edge
   } else if (is_face(p)) {
-    vertex_against_face(number_in_kind(q), p);
+    vertex_against_face(vertex_number(q), face_number(p));
   } else {
-    vertex_against_face(number_in_kind(p), q);
+    vertex_against_face(vertex_number(p), face_number(q));
   }
 }
 
@@ -86,13 +89,14 @@ bool PairTester::asks_for_distances() const {
 
 void PairTester::point_pair(Primitive p, Primitive q) {
   if (is_segment(p)) std::swap(p, q);
-  const std::uint32_t v = number_in_kind(p);
-  const std::uint32_t other = number_in_kind(q);
+  const std::uint32_t v = vertex_number(p);
   FeaturePair pair;
   if (is_segment(q)) {
-    const auto [a, b] = input_->scene.edges()[other];
-    pair = {{v, v, a, b}, v, other, ContactKind::kVertexEdge};
+    const EdgeId edge = edge_id(q);
+    const auto [a, b] = ends_of(input_->scene, edge);
+    pair = {{v, v, a, b}, v, number_of(edge), ContactKind::kVertexEdge};
   } else {
+    const std::uint32_t other = vertex_number(q);
     // In the order of given numbers, so that the test's roundings are the same however vertices are numbered.
     const auto given = [this](std::uint32_t w) { return number_of(input_->numbering.given(NewVertex{w})); };
     const auto [a, b] = given(v) < given(other) ? std::pair(v, other) : std::pair(other, v);
@@ -106,8 +110,9 @@ void PairTester::point_pair(Primitive p, Primitive q) {
 // A face before a segment.
 void PairTester::element_pair(Primitive p, Primitive q, std::uint32_t left_out) {
   if (are_faces(p, q)) {
-    const std::uint32_t patch = input_->patches.of_face[p];
-    if (patch != Patches::kNone && patch == input_->patches.of_face[q] && input_->patch_culled[patch] != 0) {
+    const std::uint32_t patch = input_->patches.of_face[face_number(p)];
+    if (patch != Patches::kNone && patch == input_->patches.of_face[face_number(q)] &&
+        input_->patch_culled[patch] != 0) {
       ++output_.counts.cone_culled_pairs;
       return;
     }
@@ -139,27 +144,29 @@ void PairTester::filter_elements() {
     else if (is_segment(q))
       segment_pairs(p, q);
     else
-      feature_pairs(p, q, left_out);
+      feature_pairs(face_number(p), face_number(q), left_out);
   }
 }
 
 void PairTester::edge_face_pairs(Primitive p, Primitive q) {
   const Scene& scene = input_->scene;
   if (is_segment(q)) {
-    if (is_face(p)) edge_against_face(number_in_kind(q), p);
+    if (is_face(p)) edge_against_face(edge_id(q), face_number(p));
     return;
   }
+  const std::uint32_t f = face_number(p);
+  const std::uint32_t g = face_number(q);
   for (int i = 0; i < 3; ++i) {
-    if (input_->ownership.owns_edge_face(p, i, q)) edge_against_face(scene.face_edges()[p][i], q);
-    if (input_->ownership.owns_edge_face(q, i, p)) edge_against_face(scene.face_edges()[q][i], p);
+    if (input_->ownership.owns_edge_face(f, i, g)) edge_against_face(side_of(scene, f, i), g);
+    if (input_->ownership.owns_edge_face(g, i, f)) edge_against_face(side_of(scene, g, i), f);
   }
 }
 
-void PairTester::edge_against_face(std::uint32_t e, std::uint32_t f) {
-  const Edge& edge = input_->scene.edges()[e];
+void PairTester::edge_against_face(EdgeId e, std::uint32_t f) {
+  const Edge& edge = ends_of(input_->scene, e);
   const Face& face = input_->scene.faces()[f];
   if (overlap<KDop18>(bounds_of(edge), bounds_of(face), width_of(edge, face)))
-    push({{edge[0], edge[1], face[0], face[1]}, e, f, ContactKind::kEdgeFace});
+    push({{edge[0], edge[1], face[0], face[1]}, number_of(e), f, ContactKind::kEdgeFace});
 }
 
 std::uint32_t PairTester::overlapping(const Face& p, const Face& q, std::uint32_t wanted) const {
@@ -172,7 +179,7 @@ std::uint32_t PairTester::overlapping(const Face& p, const Face& q, std::uint32_
 
 void PairTester::segment_pairs(Primitive p, Primitive segment) {
   const Scene& scene = input_->scene;
-  const std::uint32_t edge = number_in_kind(segment);
+  const EdgeId edge = edge_id(segment);
   const std::uint32_t owned = input_->ownership.owned_with_segment(p, edge);
   if (owned == 0) return;
   for (std::uint32_t bits =
@@ -180,10 +187,10 @@ void PairTester::segment_pairs(Primitive p, Primitive segment) {
        bits != 0; bits &= bits - 1) {
     const int feature = std::countr_zero(bits);
     if (feature < 6) {
-      push(vertex_face(scene, {scene.edges()[edge][feature - 3], p}));
+      push(vertex_face(scene, ends_of(scene, edge)[feature - 3], face_number(p)));
     } else {
-      const std::uint32_t other = is_face(p) ? scene.face_edges()[p][(feature - 6) / 3] : number_in_kind(p);
-      push(edge_edge(scene, {std::min(edge, other), std::max(edge, other)}));
+      const EdgeId other = is_face(p) ? side_of(scene, face_number(p), (feature - 6) / 3) : edge_id(p);
+      push(edge_edge(scene, edge, other));
     }
   }
 }
@@ -203,13 +210,12 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t l
     if ((bits & -bits & left_out) != 0) {
       ++output_.counts.feature_pairs_filtered;
     } else if (feature < 3) {
-      push_unless_at_rest(vertex_face(scene, {face_f[feature], g}));
+      push_unless_at_rest(vertex_face(scene, face_f[feature], g));
     } else if (feature < 6) {
-      push_unless_at_rest(vertex_face(scene, {face_g[feature - 3], f}));
+      push_unless_at_rest(vertex_face(scene, face_g[feature - 3], f));
     } else {
-      const auto [a, b] =
-          std::minmax(scene.face_edges()[f][(feature - 6) / 3], scene.face_edges()[g][(feature - 6) % 3]);
-      push_unless_at_rest(edge_edge(scene, {a, b}));
+      push_unless_at_rest(
+          edge_edge(scene, side_of(scene, f, (feature - 6) / 3), side_of(scene, g, (feature - 6) % 3)));
     }
   }
 }
@@ -256,24 +262,25 @@ TriangleBounds PairTester::bounds_of(std::uint32_t a, std::uint32_t b, std::uint
 void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {
   const Face& face = input_->scene.faces()[f];
   if (overlap<KDop18>(bounds_of(v, v, v), bounds_of(face), width_of({&v, 1}, face)))
-    push(vertex_face(input_->scene, {v, f}));
+    push(vertex_face(input_->scene, v, f));
 }
 
-void PairTester::orphan_vf(const FeatureIds& ids) {
+void PairTester::orphan(VertexFaceIds ids) {
   ++output_.counts.orphan_tests;
-  vertex_against_face(ids.a, ids.b);
+  vertex_against_face(number_of(ids.a), number_of(ids.b));
 }
 
-void PairTester::orphan_ef(const FeatureIds& ids) {
+void PairTester::orphan(EdgeFaceIds ids) {
   ++output_.counts.orphan_tests;
-  edge_against_face(ids.a, ids.b);
+  edge_against_face(ids.a, number_of(ids.b));
 }
 
-void PairTester::orphan_ee(const FeatureIds& ids) {
+void PairTester::orphan(EdgeEdgeIds ids) {
   ++output_.counts.orphan_tests;
-  const Edge& a = input_->scene.edges()[ids.a];
-  const Edge& b = input_->scene.edges()[ids.b];
-  if (overlap<KDop18>(bounds_of(a), bounds_of(b), width_of(a, b))) push(edge_edge(input_->scene, ids));
+  const Edge& a = ends_of(input_->scene, ids.a);
+  const Edge& b = ends_of(input_->scene, ids.b);
+  if (overlap<KDop18>(bounds_of(a), bounds_of(b), width_of(a, b)))
+    push(edge_edge(input_->scene, ids.a, ids.b));
 }
 
 void PairTester::push(const FeaturePair& pair) {

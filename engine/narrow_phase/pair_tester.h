@@ -42,9 +42,9 @@ class PairTester {
   void met_pair(Primitive p, Primitive q);
 
   /// Elementary tests of the orphan sets; ids as in Orphans.
-  void orphan_vf(const FeatureIds& ids);
-  void orphan_ee(const FeatureIds& ids);
-  void orphan_ef(const FeatureIds& ids);
+  void orphan(VertexFaceIds ids);
+  void orphan(EdgeEdgeIds ids);
+  void orphan(EdgeFaceIds ids);
 
   /// A vertex, in new numbers, that moves so, and a half-space that it may meet, a body that is so thick.
   void vertex_half_space(std::uint32_t v, const VertexMotion& vertex, const HalfSpaceMotion& half_space,
@@ -130,7 +130,7 @@ class PairTester {
   void feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out);
   void segment_pairs(Primitive p, Primitive segment);
   void edge_face_pairs(Primitive p, Primitive q);
-  void edge_against_face(std::uint32_t edge, std::uint32_t face);
+  void edge_against_face(EdgeId edge, std::uint32_t face);
   // Tests the block's pairs and empties it.
   void test_features();
   /// A pair that only long integers decide takes up to milliseconds: the stop flag is looked at after each.

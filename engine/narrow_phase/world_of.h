@@ -7,6 +7,7 @@
 #include "engine/contact.h"
 #include "engine/scene.h"
 #include "engine/scene/renumbering.h"
+#include "engine/scene/scene_edges.h"
 #include "engine/scene/worlds.h"
 
 namespace warmfront {
@@ -17,13 +18,13 @@ inline std::uint32_t world_of(const Contact& contact, const Scene& scene, const 
                               const Worlds& worlds) {
   if (!worlds.any()) return 0;
   const std::span<const std::uint32_t> bodies = scene.body_of_vertex();
-  const auto of_edge = [&](std::uint32_t edge) { return bodies[scene.edges()[edge][0]]; };
+  const auto of_edge = [&](EdgeId edge) { return bodies[ends_of(scene, edge)[0]]; };
   using enum ContactKind;
   switch (contact.kind) {
     case kEdgeEdge:
-      return worlds.place(of_edge(contact.a), of_edge(contact.b));
+      return worlds.place(of_edge(EdgeId{contact.a}), of_edge(EdgeId{contact.b}));
     case kVertexEdge:
-      return worlds.place(bodies[contact.a], of_edge(contact.b));
+      return worlds.place(bodies[contact.a], of_edge(EdgeId{contact.b}));
     case kVertexHalfSpace:
       return worlds.place(bodies[contact.a], contact.b);
     case kVertexVertex:

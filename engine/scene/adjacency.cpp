@@ -34,10 +34,10 @@ std::uint64_t count_pairs(const Scene& scene, const FeatureRange& range, StopSig
   std::uint64_t at_edges = 0;
   std::uint64_t duplicates_at_edges = 0;
   std::vector<std::uint32_t> thirds;
-  for (std::uint32_t e = range.first_edge; e < range.end_edge; ++e) {
+  for (EdgeId e = range.first_edge; e < range.end_edge; ++e) {
     paced.check();
-    const Edge& edge = scene.edges()[e];
-    const auto faces = scene.edge_faces()[e];
+    const Edge& edge = ends_of(scene, e);
+    const auto faces = faces_along(scene, e);
     if (edge[0] == edge[1] || faces.size() < 2 || !of_edge(edge)) continue;
     at_edges += pairs_of(faces.size());
     thirds.clear();

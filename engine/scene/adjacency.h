@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/scene.h"
+#include "engine/scene/scene_edges.h"
 #include "engine/stop.h"
 
 namespace warmfront {

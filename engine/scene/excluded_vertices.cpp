@@ -59,7 +59,7 @@ ExcludedVertices::ExcludedVertices(const PairFilters& filters, std::span<const F
         if (filters.within_edges == 0) return;
         for (const FeatureRange& part : parts) {
           for (const Edge& edge :
-               renumbered.edges().subspan(part.first_edge, part.end_edge - part.first_edge)) {
+               renumbered.edges().subspan(number_of(part.first_edge), part.end_edge - part.first_edge)) {
             paced.check();
             if (edge[0] != edge[1]) visit(edge[0], edge[1]);
           }

@@ -12,6 +12,7 @@
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
 #include "engine/scene/renumbering.h"
+#include "engine/scene/scene_edges.h"
 #include "engine/stop.h"
 
 namespace warmfront {

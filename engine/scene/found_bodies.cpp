@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/scene_edges.h"
 
 namespace warmfront {
 namespace {
@@ -37,7 +38,7 @@ struct Reach {
       const auto [least, greatest] = std::minmax({face[0], face[1], face[2]});
       take(least, greatest);
     }
-    for (const std::uint32_t e : scene.lone_edges()) take(scene.edges()[e][0], scene.edges()[e][1]);
+    for (const EdgeId e : lone_edges(scene)) take(ends_of(scene, e)[0], ends_of(scene, e)[1]);
   }
 };
 

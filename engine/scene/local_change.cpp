@@ -10,6 +10,7 @@ namespace warmfront {
 namespace {
 
 constexpr std::uint32_t kNone = LocalChange::kNone;
+constexpr EdgeId kNoEdge = LocalChange::kNoEdge;
 using Near = LocalChange::Near;
 
 // Around a vertex of more faces none is looked for: what it costs would grow with the square of them.
@@ -109,9 +110,9 @@ class Neighbourhood {
         paced_.check();
         for (const std::uint32_t w : alone_.faces()[f]) mark(w, as, next);
       }
-      for (const std::uint32_t e : alone_.lone_edges_of(v)) {
+      for (const EdgeId e : lone_edges_of(alone_, v)) {
         paced_.check();
-        for (const std::uint32_t w : alone_.edges()[e]) mark(w, as, next);
+        for (const std::uint32_t w : ends_of(alone_, e)) mark(w, as, next);
       }
     }
     at_ = std::move(next);
@@ -180,37 +181,38 @@ std::optional<LocalChange> find_local_change(const Scene& before, const Renumber
     for (const std::uint32_t v : before.faces()[part.first_face + f]) near.touch(given(v));
   }
   // Both are sorted by given vertices.
-  lengthen(change.edge_before, alone.edge_count(), kNone, stop);
-  lengthen(change.edge_of, part.edge_count(), kNone, stop);
-  std::uint32_t at = 0;
+  lengthen(change.edge_before, alone.edge_count(), kNoEdge, stop);
+  lengthen(change.edge_of, part.edge_count(), kNoEdge, stop);
+  const EdgeId end{alone.edge_count()};
+  EdgeId at{0};
   for (std::uint32_t e = 0; e < part.edge_count(); ++e) {
     paced.check();
-    const Edge& old = before.edges()[part.features.first_edge + e];
+    const Edge& old = ends_of(before, part.features.first_edge + e);
     const std::uint64_t key = key_of({given(old[0]), given(old[1])});
-    while (at < alone.edge_count() && key_of(alone.edges()[at]) < key) {
+    while (at < end && key_of(ends_of(alone, at)) < key) {
       paced.check();
       ++at;
     }
-    if (at == alone.edge_count() || key_of(alone.edges()[at]) != key) continue;
+    if (at == end || key_of(ends_of(alone, at)) != key) continue;
     change.edge_of[e] = at;
-    change.edge_before[at] = e;
+    change.edge_before[number_of(at)] = EdgeId{e};
   }
-  const auto is_among = [](const auto& ascending, std::uint32_t e) {
+  const auto is_among = [](const auto& ascending, EdgeId e) {
     return std::ranges::binary_search(ascending, e);
   };
-  const auto& lone_before = before.lone_edges();
+  const auto lone_before = lone_edges(before);
   for (auto lone = std::ranges::lower_bound(lone_before, part.features.first_edge);
        lone != lone_before.end() && *lone < part.features.end_edge; ++lone) {
     paced.check();
-    const std::uint32_t now = change.edge_of[*lone - part.features.first_edge];
-    if (now != kNone && is_among(alone.lone_edges(), now)) continue;
-    for (const std::uint32_t v : before.edges()[*lone]) near.touch(given(v));
+    const EdgeId now = change.edge_of[*lone - part.features.first_edge];
+    if (now != kNoEdge && is_among(lone_edges(alone), now)) continue;
+    for (const std::uint32_t v : ends_of(before, *lone)) near.touch(given(v));
   }
-  for (const std::uint32_t e : alone.lone_edges()) {
+  for (const EdgeId e : lone_edges(alone)) {
     paced.check();
-    const std::uint32_t old = change.edge_before[e];
-    if (old != kNone && is_among(lone_before, old + part.features.first_edge)) continue;
-    for (const std::uint32_t v : alone.edges()[e]) near.touch(v);
+    const EdgeId old = change.edge_before[number_of(e)];
+    if (old != kNoEdge && is_among(lone_before, part.features.first_edge + number_of(old))) continue;
+    for (const std::uint32_t v : ends_of(alone, e)) near.touch(v);
   }
   change.near = std::move(near).widened();
   return change;

@@ -20,6 +20,7 @@ namespace warmfront {
 /// the body alone: as given, and after renumber() renumbered as well.
 struct LocalChange {
   static constexpr std::uint32_t kNone = 0xffffffff;
+  static constexpr EdgeId kNoEdge{kNone};
 
   /// More than one element in so many is another one: then nothing is told, since building anew costs about
   /// as much.
@@ -31,8 +32,8 @@ struct LocalChange {
 
   std::vector<std::uint32_t> face_before;  ///< by face: the same one before, or kNone
   std::vector<std::uint32_t> face_of;      ///< by face before: the same one, or kNone
-  std::vector<std::uint32_t> edge_before;  ///< likewise; edges keep their order
-  std::vector<std::uint32_t> edge_of;
+  std::vector<EdgeId> edge_before;         ///< likewise, or kNoEdge; edges keep their order
+  std::vector<EdgeId> edge_of;
   std::vector<Near> near;  ///< by vertex
 
   /// As of `numbering`, which is of the body alone.

@@ -31,8 +31,12 @@ constexpr std::uint32_t operator-(Id end, Id begin) {
   return number_of(end) - number_of(begin);
 }
 template <Number Id>
+constexpr Id& operator+=(Id& id, std::uint32_t further) {
+  return id = id + further;
+}
+template <Number Id>
 constexpr Id& operator++(Id& id) {
-  return id = id + 1;
+  return id += 1;
 }
 
 /// The number that the user gave a vertex or a face: what frames, contacts and errors name. This number and
@@ -43,6 +47,8 @@ enum class GivenFace : std::uint32_t {};
 /// renumbered scene, a motion or its bounds is one, and no GivenVertex or GivenFace.
 enum class NewVertex : std::uint32_t {};
 enum class NewFace : std::uint32_t {};
+/// An edge keeps its number. scene_edges.h makes them from what a Scene lists.
+enum class EdgeId : std::uint32_t {};
 
 template <>
 inline constexpr bool kIsNumber<GivenVertex> = true;
@@ -52,5 +58,7 @@ template <>
 inline constexpr bool kIsNumber<NewVertex> = true;
 template <>
 inline constexpr bool kIsNumber<NewFace> = true;
+template <>
+inline constexpr bool kIsNumber<EdgeId> = true;
 
 }  // namespace warmfront

@@ -15,16 +15,16 @@ bool is_orphan_vf(const Scene& scene, std::uint32_t v, const Face& face) {
                              [&](std::uint32_t g) { return adjacent(scene.faces()[g], face); });
 }
 
-bool is_orphan_lone(const Scene& scene, std::uint32_t lone, std::uint32_t e) {
-  return !share_vertex(scene.edges()[lone], scene.edges()[e]) &&
-         std::ranges::all_of(scene.edge_faces()[e], [&](std::uint32_t g) {
-           return adjacent(scene.edges()[lone], scene.faces()[g]);
+bool is_orphan_lone(const Scene& scene, EdgeId lone, EdgeId e) {
+  return !share_vertex(ends_of(scene, lone), ends_of(scene, e)) &&
+         std::ranges::all_of(faces_along(scene, e), [&](std::uint32_t g) {
+           return adjacent(ends_of(scene, lone), scene.faces()[g]);
          });
 }
 
-bool is_orphan_ee(const Scene& scene, std::uint32_t e1, std::uint32_t e2) {
-  return std::ranges::all_of(scene.edge_faces()[e1], [&](std::uint32_t g) {
-    return std::ranges::all_of(scene.edge_faces()[e2],
+bool is_orphan_ee(const Scene& scene, EdgeId e1, EdgeId e2) {
+  return std::ranges::all_of(faces_along(scene, e1), [&](std::uint32_t g) {
+    return std::ranges::all_of(faces_along(scene, e2),
                                [&](std::uint32_t h) { return adjacent(scene.faces()[g], scene.faces()[h]); });
   });
 }
@@ -74,16 +74,16 @@ namespace {
 
 // Of a vertex of no face: the first lone edge around it tests it against all faces but those at its other
 // end.
-void orphans_of_end(const Scene& scene, std::uint32_t v, std::vector<FeatureIds>& found) {
-  const auto around = scene.lone_edges_of(v);
+void orphans_of_end(const Scene& scene, std::uint32_t v, std::vector<VertexFaceIds>& found) {
+  const auto around = lone_edges_of(scene, v);
   if (around.empty()) return;
-  const Edge& first = scene.edges()[around.front()];
+  const Edge& first = ends_of(scene, around.front());
   for (const std::uint32_t f : scene.vertex_faces()[first[0] == v ? first[1] : first[0]])
-    found.push_back({v, f});
+    found.push_back({NewVertex{v}, NewFace{f}});
 }
 
 // Only faces that share a vertex with the first face around v, and do not contain v, can be adjacent to all.
-void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureIds>& found) {
+void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<VertexFaceIds>& found) {
   const auto around = scene.vertex_faces()[v];
   if (around.empty()) return orphans_of_end(scene, v, found);
   const Face& first = scene.faces()[around.front()];
@@ -94,7 +94,7 @@ void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureI
     for (const std::uint32_t f : scene.vertex_faces()[neighbour]) {
       const Face& face = scene.faces()[f];
       if (has_vertex(face, v) || (is_last && has_vertex(face, next))) continue;
-      if (is_orphan_vf(scene, v, face)) found.push_back({v, f});
+      if (is_orphan_vf(scene, v, face)) found.push_back({NewVertex{v}, NewFace{f}});
     }
   };
   consider_around(next, false);
@@ -103,35 +103,35 @@ void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureI
 
 // The first face along an orphan's other edge has its opposite corner at the lone edge. Of edges that both
 // lone and other ones have, the lesser finds the pair.
-void orphans_of_lone_edge(const Scene& scene, std::uint32_t lone, std::vector<FeatureIds>& found) {
-  for (const std::uint32_t v : scene.edges()[lone]) {
+void orphans_of_lone_edge(const Scene& scene, EdgeId lone, std::vector<EdgeEdgeIds>& found) {
+  for (const std::uint32_t v : ends_of(scene, lone)) {
     for (const std::uint32_t h : scene.vertex_faces()[v]) {
-      for (const std::uint32_t e : scene.face_edges()[h])
+      for (const EdgeId e : sides_of(scene, h))
         if (lone < e && is_orphan_lone(scene, lone, e)) found.push_back({lone, e});
     }
   }
 }
 
 // The same from the other edge, of a face whose corner off the edge is `opposite`.
-void lone_edges_at(const Scene& scene, std::uint32_t e, std::uint32_t opposite,
-                   std::vector<FeatureIds>& found) {
-  for (const std::uint32_t lone : scene.lone_edges_of(opposite))
+void lone_edges_at(const Scene& scene, EdgeId e, std::uint32_t opposite, std::vector<EdgeEdgeIds>& found) {
+  for (const EdgeId lone : lone_edges_of(scene, opposite))
     if (e < lone && is_orphan_lone(scene, lone, e)) found.push_back({e, lone});
 }
 
 // As orphans_of_vertex(): the first face along an orphan's other edge contains a, b or c of the first face
 // (a, b, c) along this edge, (a, b); not both a and b, or the edges would share a vertex. Faces that repeat
 // an index give some pairs twice: gather() removes duplicates.
-void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureIds>& found) {
-  if (scene.edge_faces()[e1].empty()) return orphans_of_lone_edge(scene, e1, found);
-  const auto [a, b] = scene.edges()[e1];
-  const Face& first = scene.faces()[scene.edge_faces()[e1].front()];
+void orphans_of_edge(const Scene& scene, EdgeId e1, std::vector<EdgeEdgeIds>& found) {
+  const auto along = faces_along(scene, e1);
+  if (along.empty()) return orphans_of_lone_edge(scene, e1, found);
+  const auto [a, b] = ends_of(scene, e1);
+  const Face& first = scene.faces()[along.front()];
   for (const std::uint32_t corner : first)
     if (corner != a && corner != b) lone_edges_at(scene, e1, corner, found);
-  const Face& second = scene.faces()[scene.edge_faces()[e1].back()];
-  const auto consider = [&](std::uint32_t h, std::uint32_t e2) {
-    if (e1 < e2 && scene.edge_faces()[e2].front() == h &&
-        !share_vertex(scene.edges()[e1], scene.edges()[e2]) && is_orphan_ee(scene, e1, e2))
+  const Face& second = scene.faces()[along.back()];
+  const auto consider = [&](std::uint32_t h, EdgeId e2) {
+    if (e1 < e2 && faces_along(scene, e2).front() == h &&
+        !share_vertex(ends_of(scene, e1), ends_of(scene, e2)) && is_orphan_ee(scene, e1, e2))
       found.push_back({e1, e2});
   };
   for (const std::uint32_t corner : first) {
@@ -142,19 +142,19 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
       if (a != b && has_a && has_b) continue;
       if (corner != a && corner != b) {
         if (has_a || has_b || !adjacent(face, second)) continue;  // found at that corner; or not an orphan
-        for (const std::uint32_t e2 : scene.face_edges()[h]) consider(h, e2);
+        for (const EdgeId e2 : sides_of(scene, h)) consider(h, e2);
       } else {
         const int at = face[0] == corner ? 0 : face[1] == corner ? 1 : 2;
-        consider(h, scene.face_edges()[h][(at + 1) % 3]);  // the edge opposite the corner
+        consider(h, side_of(scene, h, (at + 1) % 3));  // the edge opposite the corner
       }
     }
   }
 }
 
 // Such a face contains the vertex of the first face along the edge that is not the edge's.
-void faces_of_edge(const Scene& scene, std::uint32_t e, std::vector<FeatureIds>& found) {
-  const Edge& edge = scene.edges()[e];
-  const auto along = scene.edge_faces()[e];
+void faces_of_edge(const Scene& scene, EdgeId e, std::vector<EdgeFaceIds>& found) {
+  const Edge& edge = ends_of(scene, e);
+  const auto along = faces_along(scene, e);
   if (along.empty()) return;  // what a lone edge is adjacent to shares a vertex
   const Face& first = scene.faces()[along.front()];
   const auto of_edge = [&](std::uint32_t v) { return v == edge[0] || v == edge[1]; };
@@ -165,27 +165,28 @@ void faces_of_edge(const Scene& scene, std::uint32_t e, std::vector<FeatureIds>&
     const Face& face = scene.faces()[f];
     if (has_vertex(face, edge[0]) || has_vertex(face, edge[1])) continue;
     if (std::ranges::all_of(along, [&](std::uint32_t h) { return adjacent(scene.faces()[h], face); }))
-      found.push_back({e, f});
+      found.push_back({e, NewFace{f}});
   }
 }
 
-// Runs `of_each` for all ids of a range and returns the results, sorted, without duplicates. Works range by
-// range, so that the peak memory is little more than the result.
-template <class OfEach>
-std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, StopSignal stop, OfEach&& of_each) {
+// Runs `of_each` for all first features of a range and returns the results, sorted, without duplicates. Works
+// range by range, so that the peak memory is little more than the result.
+template <class Ids, class OfEach>
+std::vector<Ids> gather(decltype(Ids::a) first, decltype(Ids::a) end, StopSignal stop, OfEach&& of_each) {
   constexpr std::uint32_t kIds = 2048;
   constexpr std::uint32_t kRanges = 64;
-  std::vector<FeatureIds> all;
-  std::vector<std::vector<FeatureIds>> found(kRanges);
-  for (std::uint64_t begin = first; begin < end; begin += std::uint64_t{kIds} * kRanges) {
+  const std::uint64_t last = number_of(end);
+  std::vector<Ids> all;
+  std::vector<std::vector<Ids>> found(kRanges);
+  for (std::uint64_t begin = number_of(first); begin < last; begin += std::uint64_t{kIds} * kRanges) {
     fork_each(std::uint32_t{0}, kRanges, [&](std::uint32_t range) {
-      const std::uint64_t from = std::min<std::uint64_t>(begin + std::uint64_t{range} * kIds, end);
-      const std::uint64_t to = std::min<std::uint64_t>(from + kIds, end);
-      std::vector<FeatureIds>& ours = found[range];
+      const std::uint64_t from = std::min<std::uint64_t>(begin + std::uint64_t{range} * kIds, last);
+      const std::uint64_t to = std::min<std::uint64_t>(from + kIds, last);
+      std::vector<Ids>& ours = found[range];
       for (std::uint64_t id = from; id < to; ++id) {
         if (id % 16 == 0) stop.check();
         const auto before = static_cast<std::ptrdiff_t>(ours.size());
-        of_each(static_cast<std::uint32_t>(id), ours);
+        of_each(decltype(Ids::a){static_cast<std::uint32_t>(id)}, ours);
         std::sort(ours.begin() + before, ours.end());
         ours.erase(std::unique(ours.begin() + before, ours.end()), ours.end());
       }
@@ -193,7 +194,7 @@ std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, StopSigna
     for (auto& some : found) {
       stop.check();
       all.insert(all.end(), some.begin(), some.end());
-      std::vector<FeatureIds>().swap(some);
+      std::vector<Ids>().swap(some);
     }
   }
   stop.check();
@@ -203,39 +204,39 @@ std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, StopSigna
 
 }  // namespace
 
-std::vector<FeatureIds> edge_face_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop) {
-  return gather(range.first_edge, range.end_edge, stop,
-                [&](std::uint32_t e, auto& found) { faces_of_edge(scene, e, found); });
+std::vector<EdgeFaceIds> edge_face_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop) {
+  return gather<EdgeFaceIds>(range.first_edge, range.end_edge, stop,
+                             [&](EdgeId e, auto& found) { faces_of_edge(scene, e, found); });
 }
 
 Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop) {
-  return {gather(range.first_vertex, range.end_vertex, stop,
-                 [&](std::uint32_t v, auto& found) { orphans_of_vertex(scene, v, found); }),
-          gather(range.first_edge, range.end_edge, stop,
-                 [&](std::uint32_t e, auto& found) { orphans_of_edge(scene, e, found); })};
+  return {
+      gather<VertexFaceIds>(NewVertex{range.first_vertex}, NewVertex{range.end_vertex}, stop,
+                            [&](NewVertex v, auto& found) { orphans_of_vertex(scene, number_of(v), found); }),
+      gather<EdgeEdgeIds>(range.first_edge, range.end_edge, stop,
+                          [&](EdgeId e, auto& found) { orphans_of_edge(scene, e, found); })};
 }
 
 namespace {
 
-// Rows of `before` are of features that ascend, from `first` on; those of each that is not near the change
-// are taken over, by `renumbered`.
-template <class IsNear, class OfEach, class Renumbered>
-std::vector<FeatureIds> follow(const std::vector<FeatureIds>& before, std::uint32_t first,
-                               std::uint32_t count, StopSignal stop,
-                               std::span<const std::uint32_t> numbers_before, IsNear&& is_near,
-                               OfEach&& of_each, Renumbered&& renumbered) {
+// Rows of `before` are of features that ascend; those of each that is not near the change are taken over: it
+// was what `before_of` says, and the others are now what `renumbered` says.
+template <class A, class B, class IsNear, class OfEach, class BeforeOf, class Renumbered>
+std::vector<FeatureIds<A, B>> follow(const std::vector<FeatureIds<A, B>>& before, std::uint32_t count,
+                                     StopSignal stop, IsNear&& is_near, OfEach&& of_each,
+                                     BeforeOf&& before_of, Renumbered&& renumbered) {
   PacedStop paced(stop, 64);
-  std::vector<FeatureIds> all;
+  std::vector<FeatureIds<A, B>> all;
   reserve(all, before.size() + before.size() / 16, stop);
-  std::vector<FeatureIds> found;
+  std::vector<FeatureIds<A, B>> found;
   std::size_t at = 0;
-  for (std::uint32_t id = 0; id < count; ++id) {
+  for (A id{0}; id < A{count}; ++id) {
     paced.check();
     found.clear();
     if (is_near(id)) {
       of_each(id, found);
     } else {
-      const std::uint32_t old = first + (numbers_before.empty() ? id : numbers_before[id]);
+      const A old = before_of(id);
       while (at < before.size() && before[at].a < old) {
         paced.check();
         ++at;
@@ -259,19 +260,22 @@ Orphans enumerate_orphans(const Scene& scene, const Orphans& before, const MeshR
                           const LocalChange& change, StopSignal stop) {
   using Near = LocalChange::Near;
   Orphans orphans;
+  const auto near = [&](NewVertex v) { return change.near[number_of(v)]; };
   orphans.vertex_face = follow(
-      before.vertex_face, part.features.first_vertex, scene.vertex_count(), stop, {},
-      [&](std::uint32_t v) { return change.near[v] == Near::kAt || change.near[v] == Near::kBeside; },
-      [&](std::uint32_t v, auto& found) { orphans_of_vertex(scene, v, found); },
-      [&](std::uint32_t f) { return change.face_of[f - part.first_face]; });
+      before.vertex_face, scene.vertex_count(), stop,
+      [&](NewVertex v) { return near(v) == Near::kAt || near(v) == Near::kBeside; },
+      [&](NewVertex v, auto& found) { orphans_of_vertex(scene, number_of(v), found); },
+      [&](NewVertex v) { return v + part.features.first_vertex; },
+      [&](NewFace f) { return NewFace{change.face_of[f - NewFace{part.first_face}]}; });
   orphans.edge_edge = follow(
-      before.edge_edge, part.features.first_edge, scene.edge_count(), stop, change.edge_before,
-      [&](std::uint32_t e) {
-        return std::ranges::any_of(scene.edges()[e],
+      before.edge_edge, scene.edge_count(), stop,
+      [&](EdgeId e) {
+        return std::ranges::any_of(ends_of(scene, e),
                                    [&](std::uint32_t v) { return change.near[v] != Near::kFar; });
       },
-      [&](std::uint32_t e, auto& found) { orphans_of_edge(scene, e, found); },
-      [&](std::uint32_t e) { return change.edge_of[e - part.features.first_edge]; });
+      [&](EdgeId e, auto& found) { orphans_of_edge(scene, e, found); },
+      [&](EdgeId e) { return part.features.first_edge + number_of(change.edge_before[number_of(e)]); },
+      [&](EdgeId e) { return change.edge_of[e - part.features.first_edge]; });
   stop.check();
   orphans.vertex_face.shrink_to_fit();
   orphans.edge_edge.shrink_to_fit();

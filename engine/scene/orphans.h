@@ -8,25 +8,31 @@
 
 #include "engine/scene.h"
 #include "engine/scene/local_change.h"
+#include "engine/scene/numbers.h"
+#include "engine/scene/scene_edges.h"
 #include "engine/scene/scene_join.h"
 #include "engine/stop.h"
 
 namespace warmfront {
 
-/// A vertex and a face, or two edges (a < b).
+/// Two features.
+template <class A, class B>
 struct FeatureIds {
-  std::uint32_t a;
-  std::uint32_t b;
+  A a;
+  B b;
   friend auto operator<=>(const FeatureIds&, const FeatureIds&) = default;
 };
+using VertexFaceIds = FeatureIds<NewVertex, NewFace>;
+using EdgeEdgeIds = FeatureIds<EdgeId, EdgeId>;  ///< a < b
+using EdgeFaceIds = FeatureIds<EdgeId, NewFace>;
 
 struct Orphans {
   /// (v, f): v is not in f, and every face around v shares a vertex with f; where v is in no face, the first
   /// lone edge around it does. Isolated vertices have none: they are primitives of the hierarchy.
-  std::vector<FeatureIds> vertex_face;
+  std::vector<VertexFaceIds> vertex_face;
   /// (e1, e2): no shared vertex, and every pair of a face along e1 and a face along e2 shares a vertex; a
   /// lone edge stands for the faces along it.
-  std::vector<FeatureIds> edge_edge;
+  std::vector<EdgeEdgeIds> edge_edge;
 };
 
 /// Fails with kResourceExhausted, naming the vertex with most faces and lone edges, where hub vertices of
@@ -50,8 +56,8 @@ Orphans enumerate_orphans(const Scene& scene, const Orphans& before, const MeshR
 /// Of questions that ask which edges meet which faces, the same: edges in `range` and faces without a common
 /// vertex to which all faces along the edge are adjacent, (edge, face), sorted. O(sum over edges of the faces
 /// around one vertex).
-std::vector<FeatureIds> edge_face_orphans(const Scene& scene, const FeatureRange& range,
-                                          StopSignal stop = {});
+std::vector<EdgeFaceIds> edge_face_orphans(const Scene& scene, const FeatureRange& range,
+                                           StopSignal stop = {});
 
 inline Orphans enumerate_orphans(const Scene& scene) {
   return enumerate_orphans(scene, whole(scene));

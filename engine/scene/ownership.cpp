@@ -108,7 +108,8 @@ class Ownership::Recorder {
     record.edge_ring = {};
     for (int i = 0; i < 3; ++i) {
       const auto vertex_faces = scene_.vertex_faces()[record.vertices[i]];
-      const auto edge_faces = scene_.edge_faces()[scene_.face_edges()[f][i]];
+      const EdgeId edge = side_of(scene_, f, i);
+      const auto edge_faces = faces_along(scene_, edge);
       record.first_of_vertex[i] = vertex_faces.front();
       record.first_of_edge[i] = edge_faces.front();
       const auto is_new = [i](const auto& three) {
@@ -118,19 +119,21 @@ class Ownership::Recorder {
       if (is_new(scene_.face_edges()[f]))
         record.first_bits |= (edge_faces.front() == f ? 0x208U : 0x200U) << i;
       add_ring(record.vertex_ring, around_, record.vertices[i], vertex_faces);
-      add_ring(record.edge_ring, along_, scene_.face_edges()[f][i], edge_faces);
+      add_ring(record.edge_ring, along_, edge, edge_faces);
     }
   }
 
  private:
   // Many faces around one vertex or along one edge share the ring there: compute it once.
   static constexpr std::size_t kMany = 64;
-  using Rings = std::unordered_map<std::uint32_t, Bloom>;
+  template <class Feature>
+  using Rings = std::unordered_map<Feature, Bloom>;
 
   void insert_all(Bloom& ring, std::span<const std::uint32_t> faces) const {
     for (const std::uint32_t g : faces) insert(ring, scene_.faces()[g]);
   }
-  void add_ring(Bloom& ring, Rings& known, std::uint32_t feature,
+  template <class Feature>
+  void add_ring(Bloom& ring, Rings<Feature>& known, Feature feature,
                 std::span<const std::uint32_t> faces) const {
     if (faces.size() <= kMany) return insert_all(ring, faces);
     const auto [of_feature, is_new] = known.try_emplace(feature);
@@ -139,8 +142,8 @@ class Ownership::Recorder {
   }
 
   const Scene& scene_;
-  Rings around_;
-  Rings along_;
+  Rings<std::uint32_t> around_;
+  Rings<EdgeId> along_;
 };
 
 void Ownership::extend(StopSignal stop) {
@@ -222,19 +225,20 @@ Ownership::Candidates Ownership::candidates(std::uint32_t f, std::uint32_t g) co
   return {owned, perhaps_near(rf, rg) ? pairs_of(rf.first_bits >> 6, rg.first_bits >> 6) & ~owned : 0};
 }
 
-std::uint32_t Ownership::owned_with_segment(Primitive p, std::uint32_t lone_edge) const {
+std::uint32_t Ownership::owned_with_segment(Primitive p, EdgeId lone_edge) const {
   constexpr std::uint32_t kFirstEdges = 1U << 6;
   if (!is_face(p)) return kFirstEdges;
-  const Edge& edge = scene_->edges()[lone_edge];
+  const std::uint32_t f = face_number(p);
+  const Edge& edge = ends_of(*scene_, lone_edge);
   std::uint32_t owned = 0;
   for (int k = 0; k < 2; ++k) {
-    if (scene_->vertex_faces()[edge[k]].empty() && scene_->lone_edges_of(edge[k]).front() == lone_edge)
+    if (scene_->vertex_faces()[edge[k]].empty() && lone_edges_of(*scene_, edge[k]).front() == lone_edge)
       owned |= 8U << k;
   }
   for (int i = 0; i < 3; ++i) {
-    const bool occurs_first = (records_[p].first_bits >> (9 + i) & 1U) != 0;
+    const bool occurs_first = (records_[f].first_bits >> (9 + i) & 1U) != 0;
     const auto is_adjacent = [&](std::uint32_t g) { return adjacent(edge, scene_->faces()[g]); };
-    if (occurs_first && is_first(p, scene_->edge_faces()[scene_->face_edges()[p][i]], is_adjacent))
+    if (occurs_first && is_first(f, faces_along(*scene_, side_of(*scene_, f, i)), is_adjacent))
       owned |= kFirstEdges << (3 * i);
   }
   return owned;
@@ -249,13 +253,13 @@ bool Ownership::owns(std::uint32_t f, std::uint32_t g, int bit) const {
   const int i = (bit - 6) / 3;
   const int j = (bit - 6) % 3;
   return perhaps_adjacent(rf.first_of_edge[i], rg.first_of_edge[j]) &&
-         owns_ee(f, scene_->face_edges()[f][i], g, scene_->face_edges()[g][j]);
+         owns_ee(f, side_of(*scene_, f, i), g, side_of(*scene_, g, j));
 }
 
 bool Ownership::owns_edge_face(std::uint32_t f, int i, std::uint32_t g) const {
   if ((records_[f].first_bits >> (9 + i) & 1U) == 0)
     return false;  // the same side occurs earlier in the face
-  return is_first(f, scene_->edge_faces()[scene_->face_edges()[f][i]],
+  return is_first(f, faces_along(*scene_, side_of(*scene_, f, i)),
                   [&](std::uint32_t h) { return are_adjacent(h, g); });
 }
 
@@ -263,13 +267,13 @@ bool Ownership::owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face
   return is_first(owner, scene_->vertex_faces()[v], [&](std::uint32_t g) { return are_adjacent(g, face); });
 }
 
-bool Ownership::owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std::uint32_t e2) const {
+bool Ownership::owns_ee(std::uint32_t f, EdgeId e1, std::uint32_t g, EdgeId e2) const {
   if (e1 > e2) {
     std::swap(e1, e2);
     std::swap(f, g);
   }
-  for (const std::uint32_t first : scene_->edge_faces()[e1]) {
-    for (const std::uint32_t second : scene_->edge_faces()[e2]) {
+  for (const std::uint32_t first : faces_along(*scene_, e1)) {
+    for (const std::uint32_t second : faces_along(*scene_, e2)) {
       if (first == f && second == g) return true;
       if (!are_adjacent(first, second)) return false;
     }

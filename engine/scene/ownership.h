@@ -63,7 +63,7 @@ class Ownership {
   Candidates candidates(std::uint32_t f, std::uint32_t g) const;
   /// The same of a face or lone edge and a lone edge, whose vertices 0 and 1 are the first two, and whose
   /// edge 0 runs between these: owned.
-  std::uint32_t owned_with_segment(Primitive p, std::uint32_t lone_edge) const;
+  std::uint32_t owned_with_segment(Primitive p, EdgeId lone_edge) const;
   /// Does (f, g) own the feature pair of this bit, one of candidates(f, g).perhaps?
   bool owns(std::uint32_t f, std::uint32_t g, int bit) const;
   /// Do the non-adjacent faces (f, g) own edge i of f against g: is f the first face along it that is not
@@ -98,7 +98,7 @@ class Ownership {
   }
   bool are_adjacent(std::uint32_t f, std::uint32_t g) const;
   bool owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const;
-  bool owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std::uint32_t e2) const;
+  bool owns_ee(std::uint32_t f, EdgeId e1, std::uint32_t g, EdgeId e2) const;
 
   const Scene* scene_;
   std::vector<Record> records_;

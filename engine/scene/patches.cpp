@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "engine/scene/adjacency.h"
+#include "engine/scene/scene_edges.h"
 
 namespace warmfront {
 namespace {
@@ -19,11 +20,11 @@ bool runs_along(const Face& face, const Edge& edge) {
 
 // The face on the other side of edge `e` of `f` when the edge is manifold and both faces are oriented alike;
 // else f.
-std::uint32_t across(const Scene& scene, std::uint32_t f, std::uint32_t e) {
-  const auto faces = scene.edge_faces()[e];
+std::uint32_t across(const Scene& scene, std::uint32_t f, EdgeId e) {
+  const auto faces = faces_along(scene, e);
   if (faces.size() != 2) return f;
   const std::uint32_t g = faces[0] == f ? faces[1] : faces[0];
-  const Edge& edge = scene.edges()[e];
+  const Edge& edge = ends_of(scene, e);
   return runs_along(scene.faces()[f], edge) != runs_along(scene.faces()[g], edge) ? g : f;
 }
 
@@ -87,7 +88,7 @@ class Grower {
     ++stamp_;
     face_seen_[piece_[0]] = stamp_;
     for (std::size_t next = 0; next < queue_.size(); ++next) {
-      for (const std::uint32_t e : scene_.face_edges()[queue_[next]]) {
+      for (const EdgeId e : sides_of(scene_, queue_[next])) {
         const std::uint32_t g = across(scene_, queue_[next], e);
         if (face_seen_[g] == stamp_ || !std::binary_search(members_.begin(), members_.end(), g)) continue;
         face_seen_[g] = stamp_;
@@ -105,7 +106,7 @@ class Grower {
     for (const std::uint32_t f : piece_) {
       const Face& face = scene_.faces()[f];
       for (int side = 0; side < 3; ++side) {
-        const std::uint32_t g = across(scene_, f, scene_.face_edges()[f][side]);
+        const std::uint32_t g = across(scene_, f, side_of(scene_, f, side));
         if (g != f && std::binary_search(members_.begin(), members_.end(), g)) continue;
         if (!next.emplace(face[side], face[(side + 1) % 3]).second) return false;  // passes a vertex twice
       }

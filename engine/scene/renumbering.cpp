@@ -109,9 +109,10 @@ void Renumbering::extend(const Scene& scene, std::span<const Primitive> order, S
       for (const std::uint32_t vertex : primitive_vertices(scene, primitive)) meet(vertex);
       continue;
     }
-    new_face_[primitive] = NewFace{static_cast<std::uint32_t>(given_face_.size())};
-    given_face_.push_back(GivenFace{primitive});
-    for (const std::uint32_t vertex : scene.faces()[primitive]) meet(vertex);
+    const std::uint32_t face = face_number(primitive);
+    new_face_[face] = NewFace{static_cast<std::uint32_t>(given_face_.size())};
+    given_face_.push_back(GivenFace{face});
+    for (const std::uint32_t vertex : scene.faces()[face]) meet(vertex);
   }
 }
 

@@ -60,8 +60,8 @@ class Renumbering {
   /// A primitive in its new number.
   Primitive apply(Primitive given) const {
     if (is_segment(given)) return given;  // edges keep their numbers
-    return is_point(given) ? kPoint | number_of(renumbered(GivenVertex{number_in_kind(given)}))
-                           : number_of(renumbered(GivenFace{given}));
+    if (is_point(given)) return primitive_of_vertex(number_of(renumbered(GivenVertex{vertex_number(given)})));
+    return primitive_of_face(number_of(renumbered(GivenFace{face_number(given)})));
   }
 
   GivenVertex given(NewVertex vertex) const { return given_vertex_[number_of(vertex)]; }

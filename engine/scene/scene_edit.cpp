@@ -59,8 +59,8 @@ MeshRange SceneEdit::range_before(std::uint32_t first, std::uint32_t end) const 
 SceneEdit::Sizes SceneEdit::sizes_of(std::uint32_t index) const {
   if (const auto piece = pieces_.find(index); piece != pieces_.end()) return sizes_of(piece->second.alone);
   const MeshRange range = range_before(index, index + 1);
-  const auto lone_before = [&](std::uint32_t edge) {
-    return std::ranges::lower_bound(before_.lone_edges(), edge) - before_.lone_edges().begin();
+  const auto lone_before = [&](EdgeId edge) {
+    return std::ranges::lower_bound(before_.lone_edges(), number_of(edge)) - before_.lone_edges().begin();
   };
   return {range.vertex_count(), range.face_count(),
           static_cast<std::uint64_t>(lone_before(range.features.end_edge) -

@@ -77,7 +77,8 @@ Scene SceneJoin::join(std::span<const SceneSlice> slices, std::uint32_t body_cou
     if (!from.vertex_faces.begin.empty())
       around += from.vertex_faces.begin[features.end_vertex] - from.vertex_faces.begin[features.first_vertex];
     if (!from.edge_faces.begin.empty())
-      along += from.edge_faces.begin[features.end_edge] - from.edge_faces.begin[features.first_edge];
+      along += from.edge_faces.begin[number_of(features.end_edge)] -
+               from.edge_faces.begin[number_of(features.first_edge)];
   }
   to.faces.reserve(faces);
   to.face_edges.reserve(faces);
@@ -94,7 +95,9 @@ Scene SceneJoin::join(std::span<const SceneSlice> slices, std::uint32_t body_cou
     const auto& [features, first_face, end_face] = slice.range;
     const std::uint32_t vertex = to.vertex_count - features.first_vertex;
     const std::uint32_t face = static_cast<std::uint32_t>(to.faces.size()) - first_face;
-    const std::uint32_t edge = static_cast<std::uint32_t>(to.edges.size()) - features.first_edge;
+    const std::uint32_t first_edge = number_of(features.first_edge);
+    const std::uint32_t end_edge = number_of(features.end_edge);
+    const std::uint32_t edge = static_cast<std::uint32_t>(to.edges.size()) - first_edge;
     if (!from.thickness.empty()) {
       lengthen(to.thickness, to.vertex_count, 0.0, stop);
       append(to.thickness,
@@ -102,10 +105,10 @@ Scene SceneJoin::join(std::span<const SceneSlice> slices, std::uint32_t body_cou
     }
     append_shifted(to.faces, from.faces, first_face, end_face, vertex, stop);
     append_shifted(to.face_edges, from.face_edges, first_face, end_face, edge, stop);
-    append_shifted(to.edges, from.edges, features.first_edge, features.end_edge, vertex, stop);
+    append_shifted(to.edges, from.edges, first_edge, end_edge, vertex, stop);
     append_rows(to.vertex_faces, from.vertex_faces, features.first_vertex, features.end_vertex, face, stop);
-    append_rows(to.edge_faces, from.edge_faces, features.first_edge, features.end_edge, face, stop);
-    append_within(to.lone_edges, from.lone_edges, features.first_edge, features.end_edge, edge, stop);
+    append_rows(to.edge_faces, from.edge_faces, first_edge, end_edge, face, stop);
+    append_within(to.lone_edges, from.lone_edges, first_edge, end_edge, edge, stop);
     append_within(to.isolated_vertices, from.isolated_vertices, features.first_vertex, features.end_vertex,
                   vertex, stop);
     append_shifted(to.body_of_vertex, from.body_of_vertex, features.first_vertex, features.end_vertex,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/scene.h"
+#include "engine/scene/scene_edges.h"
 #include "engine/stop.h"
 
 namespace warmfront {

@@ -37,11 +37,11 @@ RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& fea
   const std::uint32_t edges = features.end_edge - features.first_edge;
   std::vector<RigidParts::EdgeLengths> pieces((edges + kPiece - 1) / kPiece);
   const auto add_piece = [&](std::size_t p) {
-    const std::uint32_t first = features.first_edge + static_cast<std::uint32_t>(p) * kPiece;
+    const EdgeId first = features.first_edge + static_cast<std::uint32_t>(p) * kPiece;
     RigidParts::EdgeLengths& piece = pieces[p];
-    for (std::uint32_t e = first; e < std::min(first + kPiece, features.end_edge); ++e) {
-      const auto& a = vertices[scene.edges()[e][0]].t0;
-      const auto& b = vertices[scene.edges()[e][1]].t0;
+    for (EdgeId e = first; e < std::min(first + kPiece, features.end_edge); ++e) {
+      const auto& a = vertices[ends_of(scene, e)[0]].t0;
+      const auto& b = vertices[ends_of(scene, e)[1]].t0;
       const double length = length_above(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
       piece.mean += length;
       piece.longest = std::max(piece.longest, length);

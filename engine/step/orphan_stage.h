@@ -49,7 +49,7 @@ class OrphanStage {
 
   struct EdgeFaces {
     bool known = false;
-    std::vector<FeatureIds> orphans;
+    std::vector<EdgeFaceIds> orphans;
   };
   std::vector<OrphanBlocks*> parts_;
   std::vector<EdgeFaces> edge_faces_;   // by part

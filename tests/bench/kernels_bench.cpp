@@ -118,7 +118,7 @@ void features_of_triangles(benchmark::State& state) {
   const ClothStep<KDop18>& step = ClothStep<KDop18>::get();
   const auto bounds = step.hierarchy.vertex_bounds();
   std::vector<TriangleBounds> triangles;
-  for (const std::uint32_t p : step.hierarchy.bvh.order) {
+  for (const Primitive p : step.hierarchy.bvh.order) {
     const Face face = primitive_vertices(*step.scene, p);
     triangles.push_back({{&bounds[face[0]], &bounds[face[1]], &bounds[face[2]]}});
   }

@@ -7,7 +7,6 @@
 #include <atomic>
 #include <functional>
 #include <memory>
-#include <numeric>
 #include <span>
 #include <vector>
 
@@ -61,6 +60,15 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh,
   return refit.finish();
 }
 
+/// Faces, lone edges and isolated vertices.
+inline std::vector<Primitive> all_primitives(const Scene& scene) {
+  std::vector<Primitive> all;
+  for (std::uint32_t f = 0; f < scene.face_count(); ++f) all.push_back(primitive_of_face(f));
+  for (const EdgeId e : lone_edges(scene)) all.push_back(primitive_of_edge(e));
+  for (const std::uint32_t v : scene.isolated_vertices()) all.push_back(primitive_of_vertex(v));
+  return all;
+}
+
 /// A whole scene as one part.
 template <class Bounds>
 class Hierarchy {
@@ -68,10 +76,7 @@ class Hierarchy {
   Hierarchy(std::shared_ptr<const Scene> scene, std::span<const double> positions, std::uint32_t leaf_size)
       : scene_(std::move(scene)), motion_(positions), bounds_(scene_->vertex_count()) {
     for (std::uint32_t v = 0; v < scene_->vertex_count(); ++v) order_.push_back(GivenVertex{v});
-    std::vector<Primitive> primitives(scene_->face_count());
-    std::iota(primitives.begin(), primitives.end(), 0U);
-    for (const std::uint32_t e : scene_->lone_edges()) primitives.push_back(kSegment | e);
-    for (const std::uint32_t v : scene_->isolated_vertices()) primitives.push_back(kPoint | v);
+    const std::vector<Primitive> primitives = all_primitives(*scene_);
     const TreeShape shape(static_cast<std::uint32_t>(primitives.size()), leaf_size);
     const std::vector<Primitive> order = build_order(*scene_, motion_, shape, primitives);
     bvh.arrange(*scene_, shape, order, shared_vertices(*scene_, shape, order), true);

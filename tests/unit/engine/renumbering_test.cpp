@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numeric>
 #include <random>
 
 #include "engine/bvh/bvh.h"
+#include "tests/support/hierarchy.h"
 
 namespace warmfront {
 namespace {
@@ -24,18 +24,10 @@ Scene make_scene() {
   return std::move(Scene::create(std::move(description))).value();
 }
 
-std::vector<Primitive> all_primitives(const Scene& scene) {
-  std::vector<Primitive> all(scene.face_count());
-  std::iota(all.begin(), all.end(), 0U);
-  for (const std::uint32_t e : scene.lone_edges()) all.push_back(kSegment | e);
-  for (const std::uint32_t v : scene.isolated_vertices()) all.push_back(kPoint | v);
-  return all;
-}
-
 TEST(RenumberingTest, KeepsEveryFeatureAndList) {
   const Scene given = make_scene();
   std::mt19937 random(3);
-  std::vector<Primitive> order = all_primitives(given);
+  std::vector<Primitive> order = testing::all_primitives(given);
   for (int trial = 0; trial < 50; ++trial) {
     std::shuffle(order.begin(), order.end(), random);
     const Renumbering numbering(given, order);
@@ -80,7 +72,7 @@ TEST(RenumberingTest, KeepsEveryFeatureAndList) {
 
 TEST(RenumberingTest, LeavesEdgesOfAContactAlone) {
   const Scene given = make_scene();
-  std::vector<Primitive> order = all_primitives(given);
+  std::vector<Primitive> order = testing::all_primitives(given);
   std::ranges::reverse(order);
   const Renumbering numbering(given, order);
   const Contact contact{ContactKind::kEdgeEdge, ContactStatus::kHit, 3, 4, 0.5};

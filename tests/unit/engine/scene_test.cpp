@@ -223,12 +223,12 @@ Cover covered(const Scene& scene) {
     const Edge& edge = scene.edges()[edges[i]];
     for (std::size_t j = 0; j < i; ++j) {
       if (share_vertex(edge, scene.edges()[edges[j]])) continue;
-      EXPECT_EQ(ownership.owned_with_segment(kSegment | edges[j], edges[i]), 1U << 6);
+      EXPECT_EQ(ownership.owned_with_segment(primitive_of_edge(EdgeId{edges[j]}), EdgeId{edges[i]}), 1U << 6);
       add(ContactKind::kEdgeEdge, edges[j], edges[i]);
     }
     for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
       if (adjacent(edge, scene.faces()[f])) continue;
-      const std::uint32_t owned = ownership.owned_with_segment(f, edges[i]);
+      const std::uint32_t owned = ownership.owned_with_segment(primitive_of_face(f), EdgeId{edges[i]});
       for (int k = 0; k < 2; ++k)
         if (owned >> (3 + k) & 1U) add(ContactKind::kVertexFace, edge[k], f);
       for (int k = 0; k < 3; ++k)
@@ -236,8 +236,8 @@ Cover covered(const Scene& scene) {
     }
   }
   const Orphans orphans = enumerate_orphans(scene);
-  for (const auto& [v, f] : orphans.vertex_face) add(ContactKind::kVertexFace, v, f);
-  for (const auto& [a, b] : orphans.edge_edge) add(ContactKind::kEdgeEdge, a, b);
+  for (const auto& [v, f] : orphans.vertex_face) add(ContactKind::kVertexFace, number_of(v), number_of(f));
+  for (const auto& [a, b] : orphans.edge_edge) add(ContactKind::kEdgeEdge, number_of(a), number_of(b));
   return cover;
 }
 

@@ -175,8 +175,12 @@ TYPED_TEST(SelfCheckOf, WhatCannotBeMadeAnewIsDataLoss) {
                      "topology has changed");
   this->expect_found([](K& k) { const_cast<Face&>(k.core.scene->faces()[7])[2] ^= 1U << 20; }, loss,
                      "topology has changed");
-  this->expect_found([](K& k) { k.core.topology->parts[1].orphans.edge_edge[3].b ^= 4; }, loss,
-                     "topology has changed");
+  this->expect_found(
+      [](K& k) {
+        EdgeId& edge = k.core.topology->parts[1].orphans.edge_edge[3].b;
+        edge = EdgeId{number_of(edge) ^ 4};
+      },
+      loss, "topology has changed");
   this->expect_found([](K& k) { const_cast<std::uint32_t&>(k.core.filter.patches()[3]) ^= 8; }, loss,
                      "filters leave out has changed");
   this->expect_found(

@@ -23,8 +23,8 @@ SharedVertices shared_of(const Scene& scene, const Blocks& blocks) {
 
 // Blocks of eight (some of seven) of a random order of the faces.
 Blocks random_blocks(std::mt19937_64& random, std::uint32_t faces) {
-  std::vector<Primitive> order(faces);
-  std::iota(order.begin(), order.end(), 0U);
+  std::vector<Primitive> order;
+  for (std::uint32_t f = 0; f < faces; ++f) order.push_back(primitive_of_face(f));
   // Neighbours stay near each other, more or less.
   const std::size_t reach = std::size_t{1} << (random() % 12);
   for (std::size_t i = 0; i + 1 < order.size(); ++i)
@@ -88,9 +88,9 @@ TEST(SharedVertices, OfAVertexWithManyFacesAreLeftOut) {
   Blocks blocks;
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
     if (f % 8 == 0) blocks.emplace_back();
-    blocks.back().push_back(f);
+    blocks.back().push_back(primitive_of_face(f));
   }
-  blocks.push_back({kPoint | static_cast<Primitive>(2 * kFew + 5)});
+  blocks.push_back({primitive_of_vertex(2 * kFew + 5)});
   expect_all(*scene, blocks);
   const SharedVertices shared = shared_of(*scene, blocks);
   EXPECT_FALSE(shared.crowded(BlockId{0}));
