@@ -15,9 +15,9 @@ namespace warmfront::ipc_toolkit {
 /// Time of impact of one pair, certified: no contact is missed, and no time is later than the true one. A
 /// pair that starts d apart, beyond the minimum distance m, may come as near as
 ///   m + (1 - conservative_rescaling) (d - m),
-/// which is decided for every pair by its own d, however small. Where that is reached at once (by kSmallToi),
-/// the exact tier says when the pair comes within m itself, and conservative_rescaling of that time is left:
-/// so a time of 0 is told only of a pair that starts within m.
+/// which is decided for every pair by its own d, however small; and of that share as `most_kept` says. Where
+/// that is reached at once (by kSmallToi), the exact tier says when the pair comes within m itself, and
+/// conservative_rescaling of that time is left: so a time of 0 is told only of a pair that starts within m.
 ///
 /// Throws std::invalid_argument for coordinates that are not finite.
 class NarrowPhaseCCD : public ::ipc::NarrowPhaseCCD {
@@ -72,6 +72,8 @@ class NarrowPhaseCCD : public ::ipc::NarrowPhaseCCD {
   }
 
   double tolerance;
+  /// Of its share of d no pair has to keep more than this length: a solver's steps from afar are longer.
+  double most_kept = std::numeric_limits<double>::infinity();
 
  private:
   template <class Vector>
@@ -85,13 +87,22 @@ class NarrowPhaseCCD : public ::ipc::NarrowPhaseCCD {
     return answer.value();
   }
 
+  // Before either time the pair is farther apart than m plus what that is about, so before the later one it
+  // is farther apart than m plus the lesser of both.
   bool test(const MovingPair& pair, double& toi, double min_distance, double tmax) const {
+    double beyond_most = 0;
+    if (std::isfinite(most_kept)) {
+      const auto nearer = first_contact(
+          pair, {.tolerance = tolerance, .min_separation = min_distance + most_kept, .latest = tmax});
+      if (!nearer) return false;
+      beyond_most = nearer->toi;
+    }
     const auto kept = first_contact(pair, {.tolerance = tolerance,
                                            .min_separation = min_distance,
                                            .keep_distance = 1 - conservative_rescaling,
                                            .latest = tmax});
     if (!kept) return false;
-    toi = kept->toi;
+    toi = std::max(kept->toi, beyond_most);
     if (toi >= kSmallToi) return true;
     const auto touching =
         first_contact(pair, {.tier = Tier::kExact, .min_separation = min_distance, .latest = tmax});

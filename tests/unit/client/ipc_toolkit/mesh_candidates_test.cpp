@@ -188,6 +188,14 @@ TEST_F(MeshCandidatesTest, MissNothingWhateverIsAskedInWhateverOrder) {
   EXPECT_GT(near, 10'000);
 }
 
+TEST_F(MeshCandidatesTest, GoBackToWhereMotionsBegan) {
+  MeshCandidates candidates = fresh();
+  const std::vector<double> a = drawn_state(0.2), b = drawn_state(0.2), c = drawn_state(0.2);
+  for (const auto& [from, to] :
+       {std::pair(a, b), std::pair(b, c), std::pair(a, c), std::pair(c, a), std::pair(b, a)})
+    EXPECT_GT(expect_right(candidates, {from, to, 0}), 0);
+}
+
 // On a grid everything touches, or is apart by exactly the separation.
 TEST_F(MeshCandidatesTest, HoldWhatTouches) {
   MeshCandidates candidates = fresh();

@@ -3,6 +3,7 @@
 // stand-in. The candidates themselves are tested in mesh_candidates_test.cpp.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -239,6 +240,13 @@ TEST(IpcToolkitPlug, TimesAreEarlyByTheShareThatIsKept) {
       EXPECT_GE(toi, 0.5 * share * (1 - 0x1p-5)) << height;
     }
   }
+  // Without a share to keep, too, no pair is held up because it is near.
+  for (double height = 1e-3; height > 1e-12; height /= 10) {
+    double toi = -1;
+    ASSERT_TRUE(fall(NarrowPhaseCCD(1e-6, 1), height, toi)) << height;
+    EXPECT_GT(toi, 0) << height;
+    EXPECT_LE(toi, 0.5) << height;
+  }
   double toi = -1;
   ASSERT_TRUE(fall(NarrowPhaseCCD(1e-6, 1), 1, toi));
   EXPECT_NEAR(toi, 0.5, 1e-5);
@@ -249,6 +257,57 @@ TEST(IpcToolkitPlug, TimesAreEarlyByTheShareThatIsKept) {
   EXPECT_FALSE(fall(NarrowPhaseCCD(), 1, toi, 0, 0.3)) << "later than asked";
   ASSERT_TRUE(fall(NarrowPhaseCCD(), 1, toi, 1)) << "starts within the minimum distance";
   EXPECT_EQ(toi, 0);
+}
+
+// A vertex as near above a triangle as roundings are, that goes through it: where no test in doubles proves
+// the two apart, the exact one does.
+TEST(IpcToolkitPlug, NothingStopsAtOnceThatDoesNotTouch) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> by(-1, 1);
+  const auto drawn = [&] { return Eigen::Vector3d(by(random), by(random), by(random)); };
+  const NarrowPhaseCCD ccd;
+  int apart = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const Eigen::Vector3d a = drawn(), b = drawn(), c = drawn();
+    const Eigen::Vector3d up = (b - a).cross(c - a).normalized();
+    const Eigen::Vector3d above = (a + b + c) / 3 + std::ldexp(1.0, -40 - k % 14) * up;
+    const Eigen::Vector3d below = above - up;
+    MovingPair pair{ContactKind::kVertexFace, {}, {}};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<Eigen::Index>(axis);
+      for (const auto& [v, x] : {std::pair(1, a), std::pair(2, b), std::pair(3, c)})
+        pair.start[static_cast<std::size_t>(v)][axis] = pair.end[static_cast<std::size_t>(v)][axis] = x[i];
+      pair.start[0][axis] = above[i];
+      pair.end[0][axis] = below[i];
+    }
+    const auto first = test_pair(pair, {.tier = Tier::kExact}).value();
+    double toi = -1;
+    const bool stops = ccd.point_triangle_ccd(above, a, b, c, below, a, b, c, toi);
+    EXPECT_TRUE(stops || !first);
+    if (!first || first->toi == 0) continue;
+    ++apart;
+    EXPECT_GT(toi, 0) << k;
+    EXPECT_LE(toi, first->toi) << k;
+  }
+  EXPECT_GT(apart, 1000);
+}
+
+TEST(IpcToolkitPlug, NoPairKeepsMoreThanTheLengthGiven) {
+  NarrowPhaseCCD ccd;
+  ccd.most_kept = 0.01;
+  double toi = -1;
+  ASSERT_TRUE(fall(ccd, 1, toi));
+  EXPECT_LE(toi, 0.495);
+  EXPECT_GE(toi, 0.494);
+  ASSERT_TRUE(fall(ccd, 1, toi, 0.5));
+  EXPECT_LE(toi, 0.245);
+  EXPECT_GE(toi, 0.244);
+  ASSERT_TRUE(fall(ccd, 0.001, toi)) << "its own share is less";
+  EXPECT_LE(toi, 0.4);
+  EXPECT_GE(toi, 0.4 * (1 - 0x1p-5));
+  const Eigen::Vector3d from(0.25, 0.25, 1), to(0.25, 0.25, 0.1), a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
+  EXPECT_FALSE(ccd.point_triangle_ccd(from, a, b, c, to, a, b, c, toi)) << "a tenth of the way is kept";
+  EXPECT_TRUE(NarrowPhaseCCD().point_triangle_ccd(from, a, b, c, to, a, b, c, toi));
 }
 
 TEST(IpcToolkitPlug, PointsAndEdgesInBothDimensions) {
