@@ -5,12 +5,15 @@
 and libstdc++. With `--config-setting=client-only=true`, `warmfront-client` has the package alone, which connects to daemons: for
 any system.
 
-The build folder is build/wheel, or $WARMFRONT_WHEEL_BUILD. The sdist is the repository as git has it.
+The build folder is build/wheel, or $WARMFRONT_WHEEL_BUILD. The sdist is the repository as git has it, for any version of Python:
+what is not committed but tracked is in it, what is not tracked is not.
 """
 from __future__ import annotations
 
 import base64
+import gzip
 import hashlib
+import io
 import os
 import pathlib
 import re
@@ -100,8 +103,7 @@ def _platform() -> str:
     return f"manylinux_{version.replace('.', '_')}_{machine.removeprefix('linux_')}"
 
 
-def _metadata(name: str, client_only: bool) -> str:
-    python = ">=3.9" if client_only else f"=={sys.version_info.major}.{sys.version_info.minor}.*"
+def _metadata(name: str, client_only: bool, python: str) -> str:
     what = "the client of its daemons" if client_only else "in this process and as a service"
     return "\n".join(["Metadata-Version: 2.1", f"Name: {name}", f"Version: {_version()}",
                       f"Summary: Warmfront: incremental continuous collision detection, {what}", "License: Apache-2.0",
@@ -132,7 +134,8 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None) 
         stage = pathlib.Path(folder)
         _stage(stage, client_only)
         (stage / info).mkdir()
-        (stage / info / "METADATA").write_text(_metadata(name, client_only))
+        python = ">=3.9" if client_only else f"=={sys.version_info.major}.{sys.version_info.minor}.*"
+        (stage / info / "METADATA").write_text(_metadata(name, client_only, python))
         (stage / info / "WHEEL").write_text(f"Wheel-Version: 1.0\nGenerator: warmfront\nRoot-Is-Purelib: {str(client_only).lower()}\n"
                                             f"Tag: {tag}\n")
         shutil.copyfile(ROOT / "LICENSE", stage / info / "LICENSE")
@@ -161,18 +164,30 @@ def _pack(stage: pathlib.Path, info: str, wheel: pathlib.Path) -> None:
         add(f"{info}/RECORD", "".join(record) + f"{info}/RECORD,,\n", 0o644)
 
 
+def _sources() -> list[str]:
+    """Of the repository what git has; of an unpacked sdist, which git does not have, all but what is built."""
+    if (ROOT / "PKG-INFO").exists():
+        paths = (path.relative_to(ROOT) for path in ROOT.rglob("*") if not path.is_dir())
+        names = [path.as_posix() for path in paths if path.parts[0] != "build" and "__pycache__" not in path.parts]
+        return sorted(set(names) - {"PKG-INFO", "pyproject.toml"})
+    return sorted(_run("git", "-C", ROOT, "ls-files", "-z").rstrip("\0").split("\0"))
+
+
 def build_sdist(sdist_directory, config_settings=None) -> str:
     base = f"warmfront-{_version()}"
     path = pathlib.Path(sdist_directory) / f"{base}.tar.gz"
-    files = _run("git", "-C", ROOT, "ls-files").splitlines()
-    with tempfile.TemporaryDirectory() as folder, tarfile.open(path, "w:gz", format=tarfile.PAX_FORMAT) as archive:
-        for name in files:
-            archive.add(ROOT / name, f"{base}/{name}", recursive=False)
-        # Of an sdist these two are at the top.
-        information = pathlib.Path(folder) / "PKG-INFO"
-        information.write_text(_metadata("warmfront", False))
-        archive.add(information, f"{base}/PKG-INFO")
-        project = pathlib.Path(folder) / "pyproject.toml"
-        project.write_text((HERE / "pyproject.toml").read_text().replace('backend-path = ["."]', 'backend-path = ["client/python"]'))
-        archive.add(project, f"{base}/pyproject.toml")
+    # Of an sdist these two are at the top.
+    project = (HERE / "pyproject.toml").read_text().replace('backend-path = ["."]', 'backend-path = ["client/python"]')
+    top = {"PKG-INFO": _metadata("warmfront", client_only=False, python=">=3.9"), "pyproject.toml": project}
+    with open(path, "wb") as file, gzip.GzipFile("", "wb", mtime=0, fileobj=file) as packed, \
+         tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive:
+        def add(name, content, executable=False):
+            entry = tarfile.TarInfo(f"{base}/{name}")  # the same bytes of the same files
+            entry.size, entry.mtime, entry.mode = len(content), 946684800, 0o755 if executable else 0o644
+            archive.addfile(entry, io.BytesIO(content))
+
+        for name in _sources():
+            add(name, (ROOT / name).read_bytes(), os.access(ROOT / name, os.X_OK))
+        for name, text in top.items():
+            add(name, text.encode())
     return path.name

@@ -11,6 +11,9 @@ if(PROJECT_IS_TOP_LEVEL)
   # Only public headers of the engine, which include none of its rooms.
   file(GLOB public_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/engine/*.h)
   install(FILES ${public_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/engine)
+  # A plug in headers alone, for programs that have IPC Toolkit.
+  file(GLOB plug_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/client/ipc_toolkit/*.h)
+  install(FILES ${plug_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/client/ipc_toolkit)
   if(WARMFRONT_SERVICE)
     # A static library needs its dependencies at link time: install the contract; find_package() finds gRPC.
     list(APPEND libraries warmfront_proto warmfront_wire warmfront_client)

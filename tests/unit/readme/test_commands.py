@@ -13,8 +13,8 @@ from pages import ADDRESS, BIN, BLOCKS, PAGES, SOURCE
 
 # What takes minutes, changes the machine, or is this test: that it is there is all that is looked at. By the command's first word.
 ONLY_LOOKED_UP = {
-    "cmake", "cpack", "ctest", "export", "git", "kubectl", "ninja", "podman", "sbatch", "scancel", "srun",
-    "systemctl",  # tools
+    "cmake", "conan", "cpack", "ctest", "export", "git", "kubectl", "ninja", "podman", "sbatch", "scancel", "srun",
+    "systemctl", "vcpkg",  # tools
 }
 
 # A shorter way to say the same of less.

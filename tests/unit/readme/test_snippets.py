@@ -107,6 +107,8 @@ def built(tmp_path_factory, address):
         library = "client" if "client/lib/" in text else "engine"
         (folder / f"{name}.cpp").write_text(text.replace(ADDRESS, address))
         lists += f"add_executable({name} {name}.cpp)\ntarget_link_libraries({name} warmfront::{library})\n"
+        if "client/ipc_toolkit/" in text:
+            lists += f"target_include_directories({name} PRIVATE {SOURCE}/tests/unit/client/ipc_toolkit/stand_in)\n"
     (folder / "CMakeLists.txt").write_text(lists)
     for command in (["cmake", "-G", "Ninja", "-S", folder, "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={folder}/installed"],
                     ["cmake", "--build", folder / "build"]):

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the packages' recipes are tried with: a build of the engine as they ask for, and a consumer of what they install."""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+
+SOURCE = pathlib.Path(os.environ["WARMFRONT_SOURCE"])
+BUILD = pathlib.Path(os.environ["WARMFRONT_BUILD"])
+CONSUMER = SOURCE / "deploy" / "conan" / "test_package"
+
+
+def run(*command, **options):
+    done = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          timeout=300, **options)
+    assert done.returncode == 0, f"{command}:\n{done.stdout[-6000:]}"
+    return done.stdout
+
+
+def configure(source, build, *options):
+    """As a recipe does; then the engine's library is that of the build at hand, which takes minutes to make."""
+    run("cmake", "-G", "Ninja", "-S", source, "-B", build, "-DCMAKE_BUILD_TYPE=Release", *options)
+    shutil.copyfile(BUILD / "engine" / "libwarmfront_engine.a", build / "engine" / "libwarmfront_engine.a")
+
+
+def install(build, prefix):
+    run("cmake", "--install", build, "--prefix", prefix)
+
+
+def consume(prefix, folder):
+    """Builds a program with what was installed, in a project of its own, and runs it."""
+    run("cmake", "-G", "Ninja", "-S", CONSUMER, "-B", folder, f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Release")
+    found = re.search(r"^warmfront_DIR:PATH=(.*)$", (folder / "CMakeCache.txt").read_text(), re.MULTILINE).group(1)
+    assert pathlib.Path(found).is_relative_to(prefix), f"found another: {found}"
+    run("cmake", "--build", folder)
+    assert run(folder / "consumer") == "3 contacts\n"
+
+
+def needed_by_engine():
+    """The names of find_package() that CMakeLists.txt asks for without the service."""
+    text = (SOURCE / "CMakeLists.txt").read_text()
+    names = re.findall(r"find_package\((\w+)", text[:text.index("if(WARMFRONT_SERVICE)")])
+    return set(names) - {"Threads"}
+
+
+def version():
+    return re.search(r"project\(warmfront VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text()).group(1)
