@@ -10,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include "server/auth/certificates.h"
 #include "server/grpc_server.h"
 #include "server/observe/http.h"
 #include "server/observe/liveness.h"
@@ -18,8 +17,7 @@
 #include "server/periodic.h"
 #include "server/process/accept.h"
 #include "server/process/listen.h"
-#include "server/process/small_file.h"
-#include "server/process/socket_lock.h"
+#include "server/startup.h"
 #include "server/transport/admin_service.h"
 #include "server/transport/context.h"
 #include "server/transport/health_service.h"
@@ -37,53 +35,6 @@ constexpr milliseconds kQuiet{300};
 constexpr milliseconds kGlance{50};
 /// How long calls of other services (health watches, reflection) get to end by themselves.
 constexpr milliseconds kOthers{200};
-
-/// Once at each start: a token or key that every user may read is theirs as well.
-void warn_of_readable_secrets(Log& log, const Config& config) {
-  const std::array<std::pair<const char*, const std::string*>, 2> secrets{
-      {{"token-file", &config.token_file}, {"tls-key", &config.tls.key}}};
-  for (const auto& [setting, path] : secrets)
-    if (is_readable_by_others(*path))
-      log.write(
-          LogLevel::kWarning, "secret_readable",
-          {{"file", *path},
-           {"reason", std::string(setting) + ": every user of this machine may read it; chmod o= it, and "
-                                             "replace what it holds if there are such users"}});
-}
-
-/// The locks of the Unix sockets that are listened on. kInvalidArgument for what is no address, or one that
-/// the configuration does not allow; kFailedPrecondition where another process has it.
-Result<std::vector<SocketLock>> lock_addresses(const Config& config) {
-  if (config.listen.empty()) return invalid_argument("listen: at least one address is expected");
-  for (const std::string& address : config.listen)
-    if (const Status checked = check_listen_address(address, config.insecure || config.tls.enabled());
-        !checked)
-      return checked.error();
-  std::vector<SocketLock> sockets;
-  for (const std::string& address : config.listen) {
-    const std::optional<std::string> path = unix_path(address);
-    if (!path) continue;
-    Result<SocketLock> lock = SocketLock::acquire(*path);
-    if (!lock) return lock.error();
-    sockets.push_back(std::move(lock).value());
-    // One that knows nothing of the lock.
-    if (someone_listens(*path))
-      return Error{ErrorCode::kFailedPrecondition,
-                   "listen " + address + ": another process listens there; stop it first"};
-  }
-  if (!config.metrics_listen.empty() && !is_host_and_port(config.metrics_listen))
-    return invalid_argument("metrics-listen " + config.metrics_listen +
-                            ": HOST:PORT (an IPv6 host in brackets) is expected, the port in [0, 65535]");
-  return sockets;
-}
-
-/// Null without TLS.
-Result<std::shared_ptr<Certificates>> certificates_of(const Config& config, Log& log) {
-  if (!config.tls.enabled()) return std::shared_ptr<Certificates>();
-  auto read = Certificates::create(config.tls, log);
-  if (!read) return read.error();
-  return std::shared_ptr<Certificates>(std::move(read).value());
-}
 
 }  // namespace
 

@@ -15,7 +15,8 @@
 
 #include "client/lib/client.h"
 #include "engine/part_way.h"
-#include "tests/faults/daemon_process.h"
+#include "tests/faults/history_daemons.h"
+#include "tests/faults/remote_command.h"
 #include "tests/faults/remote_session.h"
 #include "tests/faults/switch_proxy.h"
 #include "tests/support/replacements.h"
@@ -27,133 +28,6 @@ using namespace std::chrono_literals;
 using testing::AcceptedState;
 using testing::Draws;
 using testing::StepOperation;
-
-struct Command {
-  enum Kind : std::uint8_t {
-    kFrame,
-    kTwoFrames,  // sent before the answer to the first is taken
-    kAdd,
-    kChange,
-    kWrongFrame,
-    kWrongChange,
-    kCut,
-    kSwitch,  // to the other daemon
-    kKill,    // the daemon in use, which is started again
-    kFreeze,  // the daemon in use; the other one takes over
-    kThaw,
-    kTrial,
-    kMaxStep,
-    kLineSearch,  // trials of ever shorter motions, then a commit
-    kCommit,      // of the last trial, or of none
-    kNear,
-    kTrialCommitStep,  // sent before the answer to the first is taken
-    kFilters,
-    kWrongFilters,
-    kReplace,
-    kWrongReplacement,
-    kExcludedPairs,
-    kOptions,
-    kWrongOptions,
-    kKinds
-  };
-  Kind kind = kFrame;
-  std::uint32_t draw = 0;
-  /// The daemon carries it out, but its answer is lost, and the other daemon takes over.
-  bool lose_answer = false;
-};
-
-std::ostream& operator<<(std::ostream& out, const Command& command) {
-  constexpr const char* kNames[] = {"frame",
-                                    "two frames",
-                                    "add",
-                                    "change",
-                                    "wrong frame",
-                                    "wrong change",
-                                    "cut",
-                                    "switch",
-                                    "kill",
-                                    "freeze",
-                                    "thaw",
-                                    "trial",
-                                    "max_step",
-                                    "line search",
-                                    "commit",
-                                    "near",
-                                    "trial, commit and step",
-                                    "filters",
-                                    "wrong filters",
-                                    "replace",
-                                    "wrong replacement",
-                                    "excluded pairs",
-                                    "options",
-                                    "wrong options"};
-  return out << kNames[command.kind] << " drawn by " << command.draw
-             << (command.lose_answer ? ", the answer is lost" : "") << "\n";
-}
-
-rc::Gen<Command> any_command() {
-  const auto kind =
-      rc::gen::map(rc::gen::weightedOneOf<int>({{1, rc::gen::just(int{Command::kFrame})},
-                                                {1, rc::gen::just(int{Command::kReplace})},
-                                                {4, rc::gen::inRange<int>(0, Command::kKinds)}}),
-                   [](int k) { return static_cast<Command::Kind>(k); });
-  return rc::gen::build<Command>(
-      rc::gen::set(&Command::kind, kind),
-      rc::gen::set(&Command::draw, rc::gen::inRange<std::uint32_t>(0, 1U << 30)),
-      rc::gen::set(&Command::lose_answer, rc::gen::weightedElement<bool>({{4, false}, {1, true}})));
-}
-
-/// Two daemons, the second of which allows few contacts in an answer, and an address that leads to one.
-class TwoDaemons {
- public:
-  static constexpr std::size_t kFewContacts = 12;
-
-  // Sessions that a daemon lost to the other one stay there until they are idle for long.
-  TwoDaemons()
-      : daemons_{DaemonProcess({"--max-sessions", "1000000"}),
-                 DaemonProcess({"--max-sessions", "1000000", "--max-contacts", "12"})} {
-    for (DaemonProcess& daemon : daemons_) EXPECT_GE(daemon.port(), 0) << daemon.log();
-  }
-  ~TwoDaemons() { thaw(); }
-
-  std::string address() const { return proxy_.address(); }
-  std::string address_in_use() const { return daemons_[in_use_].socket(); }
-  bool frozen_in_use() const { return frozen_[in_use_]; }
-
-  void cut() { proxy_.lead_to(in_use_); }
-  void go_to_the_other() {
-    in_use_ = 1 - in_use_;
-    thaw(in_use_);
-    proxy_.lead_to(in_use_);
-  }
-  void kill_in_use() {
-    daemons_[in_use_].kill_hard();
-    daemons_[in_use_].start();
-  }
-  void freeze_in_use() {
-    const std::size_t frozen = in_use_;
-    kill(daemons_[frozen].pid(), SIGSTOP);
-    frozen_[frozen] = true;
-    go_to_the_other();
-  }
-  void thaw() {
-    thaw(0);
-    thaw(1);
-  }
-  void lose_answers() { proxy_.lose_answers(); }
-
- private:
-  void thaw(std::size_t daemon) {
-    if (!frozen_[daemon]) return;
-    kill(daemons_[daemon].pid(), SIGCONT);
-    frozen_[daemon] = false;
-  }
-
-  DaemonProcess daemons_[2];
-  bool frozen_[2] = {false, false};
-  std::size_t in_use_ = 0;
-  SwitchProxy proxy_{{daemons_[0].socket().substr(5), daemons_[1].socket().substr(5)}};
-};
 
 TwoDaemons& daemons() {
   static TwoDaemons both;
@@ -189,7 +63,7 @@ class RemoteHistory {
     expect_right(session_.create());
   }
 
-  void take(const Command& command) {
+  void take(const RemoteCommand& command) {
     Draws draws(command.draw);
     std::ostringstream told;
     told << "\n  " << command;
@@ -199,65 +73,65 @@ class RemoteHistory {
     const Around around =
         command.lose_answer ? Around([this](const auto& call) { lose_answer_of(call); }) : Around(as_it_is);
     switch (command.kind) {
-      case Command::kFrame: {
+      case RemoteCommand::kFrame: {
         StepOperation frame = draw_step(draws, state);
         if (driver_.asks() && draws.below(5) == 0) frame.as = StepOperation::As::kPlace;
         return expect_right(session_.step(frame, around));
       }
-      case Command::kTwoFrames:
+      case RemoteCommand::kTwoFrames:
         return two_steps(draws, command.lose_answer);
-      case Command::kAdd:
+      case RemoteCommand::kAdd:
         if (!bodies || state.scene.bodies.size() >= 8) return;
         return expect_right(session_.add(testing::draw_addition(draws, state), around));
-      case Command::kChange:
+      case RemoteCommand::kChange:
         if (!bodies) return;
         return expect_right(session_.change(testing::draw_change(draws, state), around));
-      case Command::kWrongFrame:
+      case RemoteCommand::kWrongFrame:
         return expect_right(session_.wrong_step(testing::spoiled(draws, state, draw_step(draws, state))));
-      case Command::kWrongChange:
+      case RemoteCommand::kWrongChange:
         return expect_right(session_.wrong_change());
-      case Command::kCut:
+      case RemoteCommand::kCut:
         return daemons().cut();
-      case Command::kSwitch:
+      case RemoteCommand::kSwitch:
         return daemons().go_to_the_other();
-      case Command::kKill:
+      case RemoteCommand::kKill:
         return daemons().kill_in_use();
-      case Command::kFreeze:
+      case RemoteCommand::kFreeze:
         return daemons().freeze_in_use();
-      case Command::kThaw:
+      case RemoteCommand::kThaw:
         return daemons().thaw();
-      case Command::kTrial:
+      case RemoteCommand::kTrial:
         return ask(draws, StepOperation::As::kTrial, around);
-      case Command::kMaxStep:
+      case RemoteCommand::kMaxStep:
         return ask(draws, StepOperation::As::kMaxStep, around);
-      case Command::kLineSearch:
+      case RemoteCommand::kLineSearch:
         return line_search(draws, around);
-      case Command::kCommit:
+      case RemoteCommand::kCommit:
         if (driver_.asks()) expect_right(session_.commit(draw_fraction(draws), around));
         return;
-      case Command::kNear:
+      case RemoteCommand::kNear:
         return near(draws, around);
-      case Command::kTrialCommitStep:
+      case RemoteCommand::kTrialCommitStep:
         return trial_commit_step(draws, command.lose_answer);
-      case Command::kFilters:
+      case RemoteCommand::kFilters:
         return expect_right(session_.change_filters(draw_filters(draws), around));
-      case Command::kReplace: {
+      case RemoteCommand::kReplace: {
         const std::optional<SceneChange> change = testing::draw_replacement(draws, state);
         if (change) expect_right(session_.replace(*change, around));
         return;
       }
-      case Command::kExcludedPairs:
+      case RemoteCommand::kExcludedPairs:
         return expect_right(
             session_.change_excluded_pairs(testing::draw_excluded_pairs(draws, state), around));
-      case Command::kOptions:
+      case RemoteCommand::kOptions:
         return expect_right(session_.change_options(draw_other_options(draws), around));
-      case Command::kWrongOptions:
+      case RemoteCommand::kWrongOptions:
         return expect_right(session_.wrong_options());
-      case Command::kWrongReplacement:
+      case RemoteCommand::kWrongReplacement:
         return expect_right(session_.wrong_replacement());
-      case Command::kWrongFilters:
+      case RemoteCommand::kWrongFilters:
         return expect_right(session_.wrong_filters());
-      case Command::kKinds:
+      case RemoteCommand::kKinds:
         break;
     }
   }
@@ -399,9 +273,9 @@ void check_histories(const char* name, SessionDriver& driver) {
   const auto result = rc::detail::checkTestable(
       [&] {
         const auto seed = *rc::gen::inRange<std::uint32_t>(0, 1U << 30);
-        const auto all = *rc::gen::resize(20, rc::gen::container<std::vector<Command>>(any_command()));
+        const auto all = *rc::gen::resize(20, rc::gen::container<std::vector<RemoteCommand>>(any_command()));
         RemoteHistory history(driver, seed);
-        for (const Command& command : all) {
+        for (const RemoteCommand& command : all) {
           ++commands;
           history.take(command);
         }

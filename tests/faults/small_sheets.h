@@ -8,6 +8,7 @@
 
 #include "engine/scene.h"
 #include "tests/support/operations.h"
+#include "tests/support/poses.h"
 #include "tests/support/scenes.h"
 
 namespace warmfront::testing {
@@ -37,14 +38,6 @@ inline std::vector<double> sheet(int n, double height) {
 inline std::vector<double> joined(std::vector<double> a, const std::vector<double>& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
-}
-
-inline Pose shifted(double x, double y, double z) {
-  Pose pose;
-  pose.matrix[3] = x;
-  pose.matrix[7] = y;
-  pose.matrix[11] = z;
-  return pose;
 }
 
 inline StepOperation posed(std::uint32_t body, const Pose& pose) {

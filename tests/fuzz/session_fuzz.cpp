@@ -12,7 +12,9 @@
 #include <utility>
 
 #include "server/session/session.h"
+#include "tests/fuzz/any_body.h"
 #include "tests/fuzz/expect.h"
+#include "tests/fuzz/fuzzed_session.h"
 #include "tests/fuzz/moved_parts.h"
 #include "tests/fuzz/session_model.h"
 #include "tests/support/observers.h"
@@ -22,32 +24,13 @@ namespace {
 using namespace warmfront;
 using namespace warmfront::server;
 using fuzz::expect;
-
+using fuzz::FuzzedSession;
 using Parts = fuzz::MovedParts;
-using StepOutcome = Outcome<std::shared_ptr<const Answer>>;
+using StepOutcome = FuzzedSession::StepOutcome;
 
-class Driver {
+class Driver : FuzzedSession {
  public:
-  explicit Driver(fuzz::Bytes& input)
-      : input_(input),
-        first_(input.next()),
-        ways_(input.next()),
-        second_(static_cast<BodyKind>(ways_ % 3)),
-        model_(workers(), first_, second_) {
-    PositionBuffer start(Dtype::kFloat64, fuzz::tiny_scene().vertex_count);
-    append(start, fuzz::tiny_positions(0));
-    session_ = Session::create({SessionId::parse("01234567-89ab-cdef-0123-456789abcdef").value(),
-                                fuzz::tiny_scene(second_),
-                                {},
-                                Dtype::kFloat64,
-                                first_,
-                                {}},
-                               start,
-                               {workers(), runner(ways_ / 3 % 2 != 0), limits(),
-                                Account::open(budget(), 1 << 30, 0).value(),
-                                [](Session&, const Fault&) { expect(false, "the engine does not fail"); }})
-                   .value();
-  }
+  using FuzzedSession::FuzzedSession;
 
   void run() {
     while (!input_.empty()) act();
@@ -58,25 +41,6 @@ class Driver {
   }
 
  private:
-  static std::shared_ptr<Workers> workers() {
-    static const auto shared = std::make_shared<Workers>(1);
-    return shared;
-  }
-  static Budget& budget() {
-    static Budget shared(std::size_t{1} << 40);
-    return shared;
-  }
-  static const Limits& limits() {
-    static const Limits shared;
-    return shared;
-  }
-  // With guests, brief steps are taken by the thread that sends them.
-  static Runner& runner(bool guests) {
-    static Runner of_its_own(2);
-    static Runner with_guests(2, 1);
-    return guests ? with_guests : of_its_own;
-  }
-
   void act() {
     switch (input_.next() % 16) {
       case 0:
@@ -122,40 +86,6 @@ class Driver {
     for (int i = 0; i < 10'000 && !last.expired(); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     expect(last.expired(), "nobody keeps a closed session");
-  }
-
-  /// The bytes in pieces of the input's choosing.
-  template <class Buffer>
-  void append(Buffer& buffer, const std::vector<double>& positions) {
-    const std::string_view bytes(reinterpret_cast<const char*>(positions.data()),
-                                 positions.size() * sizeof(double));
-    for (std::size_t at = 0; at < bytes.size();) {
-      const std::size_t piece = std::size_t{1} + input_.next();
-      expect(buffer.append(bytes.substr(at, piece)).ok(), "pieces of positions are taken");
-      at += piece;
-    }
-  }
-  FrameBuffer empty_buffer() const { return {Dtype::kFloat64, model_.scene()}; }
-  FrameBuffer buffer(const std::vector<double>& positions) {
-    FrameBuffer result = empty_buffer();
-    append(result, positions);
-    expect(result.complete(model_.scene()).ok(), "and are complete together");
-    return result;
-  }
-
-  std::future<StepOutcome> post(std::uint64_t frame, FrameBuffer contents) {
-    auto promise = std::make_shared<std::promise<StepOutcome>>();
-    // A second answer would throw from set_value() on the runner's thread and end the run.
-    FramePass pass;
-    pass.memory = Holding(session_->account(), contents.expected_bytes());
-    session_->submit(
-        {frame, FrameQuestion{std::move(contents)}, std::move(pass),
-         test::tell_frame([promise](const StepOutcome& outcome) { promise->set_value(outcome); })},
-        Session::Admission::kAlways);
-    return promise->get_future();
-  }
-  StepOutcome step(std::uint64_t frame, FrameBuffer contents) {
-    return post(frame, std::move(contents)).get();
   }
 
   void expect_answer(const StepOutcome& outcome) {
@@ -247,7 +177,7 @@ class Driver {
         Parts::put(parts.bodies, b);
         for (const double x : square) Parts::put(parts.body_positions, x);
       } else if (rigid) {
-        const Pose pose = draw_pose();
+        const Pose pose = fuzz::any_pose(input_);
         Parts::put(parts.pose_bodies, b);
         for (const double x : pose.matrix) Parts::put(parts.poses, x);
         for (std::uint32_t corner = 0; corner < fuzz::kCorners; ++corner)
@@ -285,22 +215,9 @@ class Driver {
     expect_fault(step(model_.expected(), std::move(contents)), ErrorCode::kInvalidArgument);
   }
 
-  Body any_body() {
-    Body body{"", 0, fuzz::kCorners, static_cast<BodyKind>(input_.next() % 4)};
-    const std::uint8_t choice = input_.next();
-    body.self_collision = choice % 2 == 0;
-    body.group = choice / 2 % 4;  // zero is refused
-    body.mask = choice / 8 % 4;
-    body.world = choice / 32 % 3;
-    body.screw = choice % 5 == 0;  // refused unless it is rigid
-    constexpr double kThickness[]{0, 0, 0, 0, 0.1, 1, -1, std::numeric_limits<double>::infinity()};
-    body.thickness = kThickness[choice / 32];                             // the last two are refused
-    if (choice == 77) body.half_space = HalfSpace{{0, 0, 0}, {0, 0, 1}};  // of a body with vertices: refused
-    return body;
-  }
   void add_body() {
     if (model_.scene().body_count() >= 6) return;
-    BodyAddition addition{any_body(), fuzz::square_faces(input_.next() % 8 == 0 ? 1 : 0)};
+    BodyAddition addition{fuzz::any_body(input_), fuzz::square_faces(input_.next() % 8 == 0 ? 1 : 0)};
     const std::uint8_t made_of = input_.next();
     if (made_of % 4 == 1) addition.faces.clear();                                      // points, or
     if (made_of % 4 == 2) addition.faces.resize(1);                                    // a face, and a point
@@ -312,7 +229,7 @@ class Driver {
   }
   void change_body() {
     const std::uint32_t index = input_.next() % (model_.scene().body_count() + 1);
-    const Body body = any_body();
+    const Body body = fuzz::any_body(input_);
     const std::uint64_t early = input_.next() % 8 == 0 ? 1 : 0;
     const std::optional<Fault> fault = change(early, ChangeBody{index, body});
     expect_changed(fault, early, [&] { return model_.change(index, body); });
@@ -341,16 +258,6 @@ class Driver {
   }
 
   /// A turn about one axis, and a shift.
-  Pose draw_pose() {
-    const double angle = 0.1 * input_.next();
-    Pose pose;
-    pose.matrix[0] = pose.matrix[5] = std::cos(angle);
-    pose.matrix[1] = -std::sin(angle);
-    pose.matrix[4] = std::sin(angle);
-    for (const int at : {3, 7, 11}) pose.matrix[at] = 0.01 * input_.next() - 1;
-    return pose;
-  }
-
   void several_at_once() {
     struct Pending {
       std::uint64_t frame;
@@ -419,13 +326,7 @@ class Driver {
 
   inline static const Fault kGone{ErrorCode::kNotFound, Reason::kSessionNotFound, "gone; create it again"};
 
-  fuzz::Bytes& input_;
-  const std::uint64_t first_;
-  const std::uint8_t ways_;  // of working: what the second body is, whose threads step
-  const BodyKind second_;
-  fuzz::SessionModel model_;
   std::optional<FrameBuffer> last_;  // the frame that was answered last
-  std::shared_ptr<Session> session_;
   bool closed_ = false;
   std::optional<Session::Attachment> attachment_;
   std::optional<Session::Attachment> left_;

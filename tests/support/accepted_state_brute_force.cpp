@@ -2,13 +2,6 @@
 // Brute force: each question answered by testing every pair of features, one by one.
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <map>
-#include <random>
-#include <set>
-#include <stdexcept>
 #include <utility>
 
 #include "engine/elementary/candidate.h"
@@ -19,7 +12,6 @@
 #include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
 #include "engine/elementary/turning.h"
-#include "engine/part_way.h"
 #include "engine/scene/screws.h"
 #include "engine/scene/thickness.h"
 #include "engine/screw.h"
@@ -28,8 +20,6 @@
 #include "tests/support/brute_force.h"
 #include "tests/support/pair_rules.h"
 #include "tests/support/reduced_oracle.h"
-#include "tests/support/replacements.h"
-#include "tests/support/scenes.h"
 
 namespace warmfront::testing {
 namespace {
@@ -46,70 +36,6 @@ bool may_meet(const SceneDescription& scene, std::uint32_t p, std::uint32_t q) {
   return std::ranges::none_of(scene.excluded_pairs, [&](const auto& pair) {
     return (pair[0] == p && pair[1] == q) || (pair[0] == q && pair[1] == p);
   });
-}
-
-// The numbers of the worlds that bodies are in, where any has one.
-std::map<std::uint32_t, double> worlds_of(const SceneDescription& scene) {
-  std::map<std::uint32_t, double> least;
-  for (const Body& body : scene.bodies) {
-    if (body.kind != BodyKind::kRemoved) least.emplace(body.world, std::numeric_limits<double>::infinity());
-  }
-  if (least.size() == 1 && least.contains(0)) least.clear();
-  return least;
-}
-
-std::uint32_t world_of(const Scene& scene, const Contact& contact) {
-  const auto vertices = scene.vertices_of(contact);
-  const auto world = [&](std::uint32_t v) { return scene.bodies()[scene.body_of_vertex()[v]].world; };
-  if (contact.kind == ContactKind::kVertexHalfSpace)
-    return std::max(world(contact.a), scene.bodies()[contact.b].world);
-  return world(vertices.front()) != 0 ? world(vertices.front()) : world(vertices.back());
-}
-
-// What of all contacts the options ask for.
-Outcome answer_of(std::vector<Contact> contacts, const SceneDescription& scene, const Scene& made,
-                  const ColliderOptions& options) {
-  Outcome outcome;
-  if (options.leave_out_overlaps)
-    std::erase_if(contacts, [](const Contact& c) { return c.status == ContactStatus::kOverlapAtStart; });
-  for (const Contact& contact : contacts)
-    outcome.earliest_toi = std::min(outcome.earliest_toi.value_or(2), contact.toi);
-  if (options.report == Report::kEarliest) {
-    std::map<std::uint32_t, double> least = worlds_of(scene);
-    if (least.empty()) {
-      std::erase_if(contacts, [&](const Contact& contact) { return contact.toi > *outcome.earliest_toi; });
-    } else {
-      for (const Contact& contact : contacts) {
-        double& of_world = least.at(world_of(made, contact));
-        of_world = std::min(of_world, contact.toi);
-      }
-      std::erase_if(contacts,
-                    [&](const Contact& contact) { return contact.toi > least.at(world_of(made, contact)); });
-      for (const auto& [world, toi] : least) {
-        outcome.worlds.push_back(world);
-        outcome.world_tois.push_back(toi);
-      }
-    }
-  }
-  const bool lists = options.report != Report::kCount && options.report != Report::kVertexDistances &&
-                     options.report != Report::kAny;
-  if (lists && contacts.size() > options.max_contacts) {
-    Outcome refused;
-    refused.kind = Outcome::Kind::kRefused;
-    refused.error = {ErrorCode::kResourceExhausted, "max_contacts"};
-    return refused;
-  }
-  for (const Contact& contact : contacts) {
-    (contact.kind == ContactKind::kVertexFace        ? outcome.vf
-     : contact.kind == ContactKind::kEdgeFace        ? outcome.ef
-     : contact.kind == ContactKind::kVertexHalfSpace ? outcome.vh
-                                                     : outcome.ee) += 1;
-    outcome.possible +=
-        contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
-  }
-  if (options.report == Report::kAny) outcome.ef = std::min<std::uint64_t>(outcome.ef, 1);
-  if (lists) outcome.contacts = std::move(contacts);
-  return outcome;
 }
 
 Outcome refusal(const Status& why) {

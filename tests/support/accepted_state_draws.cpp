@@ -1,22 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes and operations at random, valid ones and spoiled ones.
+// Scenes and operations at random.
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <limits>
-#include <map>
 #include <random>
-#include <set>
-#include <stdexcept>
 #include <utility>
 
 #include "tests/support/accepted_state.h"
 #include "tests/support/accepted_state_parts.h"
 #include "tests/support/brute_force.h"
-#include "tests/support/pair_rules.h"
-#include "tests/support/reduced_oracle.h"
-#include "tests/support/replacements.h"
 #include "tests/support/scenes.h"
 
 namespace warmfront::testing {
@@ -323,54 +315,6 @@ PlaceOperation draw_place(Draws& draws, const AcceptedState& state) {
       place.poses.push_back({b, draw_pose(draws, 0.5 * state.unit, state)});
   }
   return place;
-}
-
-StepOperation spoiled(Draws& draws, const AcceptedState& state, StepOperation step) {
-  const double bad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
-  switch (draws.below(6)) {
-    case 0:
-      if (!step.all) step.all = state.positions;
-      (*step.all)[static_cast<std::size_t>(draws.below(static_cast<int>(step.all->size())))] =
-          bad[draws.below(2)];
-      if (draws.below(2) == 0) return step;  // and perhaps parts besides
-      step.bodies.clear();
-      step.poses.clear();
-      step.vertices.clear();
-      step.vertex_positions.clear();
-      return step;
-    case 1:
-      if (!step.all) step.all = state.positions;
-      step.all->pop_back();
-      return step;
-    case 2:
-      if (!step.poses.empty()) {
-        step.poses.push_back(step.poses.front());  // twice
-        return step;
-      }
-      break;
-    case 3:
-      if (!step.bodies.empty()) {
-        step.bodies.back().positions.back() = bad[draws.below(2)];
-        return step;
-      }
-      break;
-    case 4:
-      if (!step.poses.empty()) {
-        step.poses.back().pose.matrix[0] += 0.5;
-        return step;
-      }
-      break;
-    default:
-      if (!step.vertices.empty()) {
-        step.vertices.back() = state.scene.vertex_count;
-        return step;
-      }
-      break;
-  }
-  step.vertices.push_back(0);
-  step.vertices.push_back(0);
-  step.vertex_positions.resize(3 * step.vertices.size(), 0.0);
-  return step;
 }
 
 }  // namespace warmfront::testing

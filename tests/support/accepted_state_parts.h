@@ -19,6 +19,9 @@ inline std::ptrdiff_t numbers(const Body& body) {
 }
 /// Where the step puts everything.
 std::vector<double> target_of(const AcceptedState& state, const StepOperation& step);
+/// What of all contacts of a question the options ask for; `made` is the scene as made.
+Outcome answer_of(std::vector<Contact> contacts, const SceneDescription& scene, const Scene& made,
+                  const ColliderOptions& options);
 /// Appends elements that number their own vertices from 0: of vertices to be added.
 void append(const Faces& faces, const Edges& edges, SceneDescription& to);
 

@@ -5,5 +5,6 @@
 namespace warmfront::client {
 
 inline constexpr const char* kScene = "'builtin:bart?triangles=1000'";
+inline constexpr const char* kNearScene = "'builtin:cloth-ball?triangles=1000&frames=9'";
 
 }  // namespace warmfront::client

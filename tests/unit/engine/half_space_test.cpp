@@ -12,6 +12,7 @@
 #include "engine/continuity.h"
 #include "engine/rows_by_vertex.h"
 #include "engine/stencil.h"
+#include "tests/support/poses.h"
 #include "tests/support/scenes.h"
 
 namespace warmfront {
@@ -19,6 +20,8 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::shifted;
+using testing::turned_about_x;
 using Doubles = std::span<const double>;
 
 Body ground(BodyKind kind = BodyKind::kStatic, const HalfSpace& half_space = {{0, 0, 0}, {0, 0, 2}}) {
@@ -48,21 +51,6 @@ struct Falling {
     return y;
   }
 };
-
-Pose shift(double x, double y, double z) {
-  Pose pose;
-  pose.matrix[3] = x;
-  pose.matrix[7] = y;
-  pose.matrix[11] = z;
-  return pose;
-}
-
-/// About the x axis.
-Pose turn(double angle) {
-  Pose pose;
-  pose.matrix = {1, 0, 0, 0, 0, std::cos(angle), -std::sin(angle), 0, 0, std::sin(angle), std::cos(angle), 0};
-  return pose;
-}
 
 TEST(HalfSpaces, EveryVertexMeetsOne) {
   for (const Tier tier : {Tier::kFast, Tier::kCertified, Tier::kExact}) {
@@ -118,20 +106,20 @@ TEST(HalfSpaces, MoveByPosesAndStayWithAllPositions) {
     frame.poses = poses;
     return collider.step(frame).value();
   };
-  EXPECT_EQ(to(shift(7, 0, 0.5)).vh, 0U);
-  const StepResult risen = to(shift(7, 0, 1.5));
+  EXPECT_EQ(to(shifted(7, 0, 0.5)).vh, 0U);
+  const StepResult risen = to(shifted(7, 0, 1.5));
   ASSERT_EQ(risen.vh, 3U);
   EXPECT_EQ(risen.contacts[0].toi, 0.5);
   // The frame has positions of vertices alone: the ground is where it was.
   EXPECT_EQ(collider.step(Doubles(falling.lowered(1))).value().vh, 5U);
   EXPECT_EQ(collider.step(Doubles(falling.x)).value().vh, 5U) << "the edge starts inside";
-  EXPECT_EQ(to(shift(0, 0, -1)).vh, 3U) << "inside at the start";
-  EXPECT_EQ(to(shift(0, 0, -1)).vh, 0U);
+  EXPECT_EQ(to(shifted(0, 0, -1)).vh, 3U) << "inside at the start";
+  EXPECT_EQ(to(shifted(0, 0, -1)).vh, 0U);
   // A tenth of a turn about the x axis: what is at y = 0 is left alone, and vertex 2 is not reached either.
-  EXPECT_EQ(to(turn(0.1)).vh, 0U);
+  EXPECT_EQ(to(turned_about_x(0.1)).vh, 0U);
   // A half turn: all of space is inside when the normal is zero.
   Collider half = make(falling.scene, falling.x);
-  const std::array<BodyPose, 1> poses{{{0, turn(std::acos(-1.0))}}};
+  const std::array<BodyPose, 1> poses{{{0, turned_about_x(std::acos(-1.0))}}};
   Frame frame;
   frame.poses = poses;
   const StepResult turned = half.step(frame).value();
@@ -187,7 +175,7 @@ TEST(HalfSpaces, AreTestedAgainInEachTrial) {
   falling.scene.bodies[0].kind = BodyKind::kRigid;
   Collider collider = make(falling.scene, falling.x);
   const auto trial = [&](double by, double rise) {
-    const std::array<BodyPose, 1> poses{{{0, shift(0, 0, rise)}}};
+    const std::array<BodyPose, 1> poses{{{0, shifted(0, 0, rise)}}};
     const std::vector<double> y = falling.lowered(by);
     const std::array<BodyPositions, 1> bodies{{{1, Doubles(y)}}};
     Frame frame;
@@ -230,7 +218,7 @@ TEST(HalfSpaces, AreAddedChangedAndRemoved) {
   EXPECT_EQ(collider.add_body({ground(BodyKind::kRigid), {}}, Doubles()).value(), 1U);
   EXPECT_EQ(collider.step(Doubles(falling.lowered(1))).value().vh, 3U);
   // Elsewhere by its description, without a motion; and its pose is the identity again.
-  const std::array<BodyPose, 1> down{{{1, shift(0, 0, -9)}}};
+  const std::array<BodyPose, 1> down{{{1, shifted(0, 0, -9)}}};
   Frame frame;
   frame.poses = down;
   ASSERT_TRUE(collider.place(frame).ok());
@@ -282,7 +270,7 @@ TEST(HalfSpaces, MeetBodiesKnownByTheirPosesAlone) {
     for (int step = 1; step < 6; ++step) {
       std::vector<BodyPose> poses;
       for (std::uint32_t b = 0; b < kBodies; ++b)
-        poses.push_back({b, shift(0, 0, b % 3 == 0 ? -0.3 * step : 0)});
+        poses.push_back({b, shifted(0, 0, b % 3 == 0 ? -0.3 * step : 0)});
       Frame frame;
       frame.poses = poses;
       const StepResult met =
@@ -338,7 +326,7 @@ TEST(HalfSpaces, MayBeTheOnlyBodies) {
   scene.bodies = {ground(), ground(BodyKind::kRigid)};
   Collider collider = make(scene, {});
   EXPECT_EQ(collider.step(Frame()).value().total(), 0U);
-  const std::array<BodyPose, 1> poses{{{1, shift(1, 2, 3)}}};
+  const std::array<BodyPose, 1> poses{{{1, shifted(1, 2, 3)}}};
   Frame frame;
   frame.poses = poses;
   EXPECT_EQ(collider.trial(frame).value().total(), 0U);

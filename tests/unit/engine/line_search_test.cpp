@@ -4,57 +4,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <random>
 #include <vector>
 
 #include "engine/collider.h"
+#include "tests/unit/engine/swinging_sheets.h"
 
 namespace warmfront {
 namespace {
 
 using Doubles = std::span<const double>;
-
-constexpr std::uint32_t kGridSide = 12;
-constexpr std::uint32_t kEach = kGridSide * kGridSide;
-
-/// Sheets of kGridSide by kGridSide vertices above each other, which swing through each other with time.
-SceneDescription sheets(int count, bool bodies) {
-  SceneDescription scene;
-  scene.vertex_count = kEach * static_cast<std::uint32_t>(count);
-  for (std::uint32_t b = 0; b < static_cast<std::uint32_t>(count); ++b) {
-    for (std::uint32_t y = 0; y + 1 < kGridSide; ++y) {
-      for (std::uint32_t x = 0; x + 1 < kGridSide; ++x) {
-        const auto v = static_cast<std::int32_t>(b * kEach + y * kGridSide + x);
-        const auto s = static_cast<std::int32_t>(kGridSide);
-        scene.faces.push_back({v, v + 1, v + s});
-        scene.faces.push_back({v + 1, v + s + 1, v + s});
-      }
-    }
-    if (!bodies) continue;
-    Body body;
-    body.first_vertex = b * kEach;
-    body.vertex_count = kEach;
-    scene.bodies.push_back(body);
-  }
-  return scene;
-}
-
-std::vector<double> at(int count, double time, double offset = 0) {
-  std::vector<double> positions;
-  for (int b = 0; b < count; ++b) {
-    for (std::uint32_t y = 0; y < kGridSide; ++y) {
-      for (std::uint32_t x = 0; x < kGridSide; ++x) {
-        positions.push_back(offset + x + 0.17 * b + 0.1 * std::sin(time + y));
-        positions.push_back(y + 0.23 * b);
-        positions.push_back(0.4 * b * std::cos(1.3 * time + 0.2 * x) +
-                            0.05 * std::sin(0.7 * x + 1.3 * y + b + time));
-      }
-    }
-  }
-  return positions;
-}
+using testing::kSheetVertices;
+using testing::swinging_sheets;
+using testing::swung;
 
 std::vector<double> part(const std::vector<double>& x, const std::vector<double>& y, double s,
                          bool single = true) {
@@ -72,9 +35,9 @@ class LineSearch : public ::testing::Test {
     count_ = count;
     offset_ = offset;
     options_ = options;
-    scene_ = std::make_shared<const Scene>(Scene::create(sheets(count, bodies)).value());
+    scene_ = std::make_shared<const Scene>(Scene::create(swinging_sheets(count, bodies)).value());
     workers_ = std::make_shared<Workers>(2);
-    collider_.emplace(Collider::create(scene_, Doubles(at(count, 0, offset)), options, workers_).value());
+    collider_.emplace(Collider::create(scene_, Doubles(swung(count, 0, offset)), options, workers_).value());
   }
 
   /// What a fresh collider answers from where this one stands.
@@ -97,7 +60,7 @@ class LineSearch : public ::testing::Test {
     return answer.statistics.part_of_trial;
   }
   std::vector<double> here() const { return collider_->positions(); }
-  std::vector<double> later(double time) const { return at(count_, time, offset_); }
+  std::vector<double> later(double time) const { return swung(count_, time, offset_); }
 
   int count_ = 0;
   double offset_ = 0;
@@ -280,10 +243,10 @@ TEST_F(LineSearch, FarFromTheOrigin) {
 TEST_F(LineSearch, BodiesFoundRigid) {
   make(4, true, {});
   const auto turned = [&](double angle) {
-    std::vector<double> positions = at(4, 0);
+    std::vector<double> positions = swung(4, 0);
     for (std::uint32_t b = 0; b < 4; ++b) {
       const double cosine = std::cos(angle * (b + 1)), sine = std::sin(angle * (b + 1));
-      for (std::uint32_t v = b * kEach; v < (b + 1) * kEach; ++v) {
+      for (std::uint32_t v = b * kSheetVertices; v < (b + 1) * kSheetVertices; ++v) {
         double* p = &positions[3 * v];
         const double px = p[0] - 6, py = p[1] - 6;
         p[0] = cosine * px - sine * py;
@@ -315,7 +278,7 @@ TEST_F(LineSearch, BodiesFoundRigid) {
 TEST_F(LineSearch, TrialsThatAreTakenTestWhatStepsTest) {
   for (const bool bodies : {false, true}) {
     make(3, bodies, {});
-    const auto scene = std::make_shared<const Scene>(Scene::create(sheets(3, bodies)).value());
+    const auto scene = std::make_shared<const Scene>(Scene::create(swinging_sheets(3, bodies)).value());
     const std::vector<double> x = here();
     Collider stepper = Collider::create(scene, Doubles(x), {}, std::make_shared<Workers>(1)).value();
     std::uint64_t skipped = 0;
@@ -339,7 +302,7 @@ TEST_F(LineSearch, WhatRestsIsKeptInShorterTrials) {
   std::vector<double> x = here();
   for (int k = 1; k <= 4; ++k) {
     std::vector<double> y = later(0.3 * k);
-    for (std::size_t i = 0; i < std::size_t{6} * kEach; ++i)
+    for (std::size_t i = 0; i < std::size_t{6} * kSheetVertices; ++i)
       y[i] = x[i];  // two of three bodies rest, in contact
     EXPECT_FALSE(trial(y));
     y.back() += 0.125;

@@ -5,151 +5,24 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <functional>
 #include <limits>
-#include <stdexcept>
 
 #include "engine/broad_phase/near_parts.h"
 #include "engine/check/check_neighbours.h"
 #include "engine/collider.h"
 #include "tests/support/hierarchy.h"
 #include "tests/support/scenes.h"
+#include "tests/unit/engine/kept_pipeline.h"
 
 namespace warmfront {
 namespace {
 
 using ::testing::HasSubstr;
-
-constexpr int kGridCells = 12;
-constexpr std::uint32_t kGridVertices = (kGridCells + 1) * (kGridCells + 1);  // of each grid
-
-/// Two grids, one in the other's way.
-SceneDescription two_grids() {
-  SceneDescription scene;
-  scene.vertex_count = 2 * kGridVertices;
-  scene.faces = testing::grid(kGridCells);
-  for (auto face : testing::grid(kGridCells)) {
-    for (auto& v : face) v += kGridVertices;
-    scene.faces.push_back(face);
-  }
-  scene.bodies = {{"", 0, kGridVertices}, {"", kGridVertices, kGridVertices}};
-  return scene;
-}
-
-std::vector<double> wavy(double at) {
-  std::vector<double> positions;
-  for (int grid = 0; grid < 2; ++grid) {
-    for (int i = 0; i <= kGridCells; ++i) {
-      for (int j = 0; j <= kGridCells; ++j) {
-        positions.push_back(i + 0.3 * grid);
-        positions.push_back(j + 0.2 * grid);
-        positions.push_back(at * grid + std::sin(0.9 * i + 0.5 * j + grid));
-      }
-    }
-  }
-  return positions;
-}
-
-SceneDescription filtered_grids() {
-  SceneDescription scene = two_grids();
-  scene.filters = {.within_edges = 1,
-                   .near_at_rest = 1e-9,
-                   .rest_positions = wavy(0.5),
-                   .excluded_vertex_pairs = {{0, kGridVertices}},
-                   .patches = std::vector<std::uint32_t>(scene.vertex_count, 0)};
-  return scene;
-}
-
-/// A pipeline's cached data, writable.
+using testing::two_grids;
+using testing::wavy_grids;
 template <class Bounds>
-struct Kept {
-  /// Leaves of eight: a front of many pairs over a small scene.
-  explicit Kept(std::uint32_t leaf_size = 8)
-      : core(scene, *scene, std::span<const double>(start), {.leaf_size = leaf_size},
-             std::make_shared<Workers>(2)) {
-    core.workers->run([&] {
-      for (const double at : {0.3, 0.2}) step(at);
-    });
-  }
-
-  void step(double at) {
-    const std::vector<double> positions = wavy(at);
-    Frame frame{std::span<const double>(positions)};
-    ASSERT_TRUE(core.motion.check(*core.scene, frame).ok());
-    SceneMotion::Step step(core.motion);
-    step.begin(frame);
-    step.commit();
-    const auto& parts = core.topology->parts;
-    const Motion& motion = core.motion.vertices();
-    for (std::size_t v = 0; v < core.vertex_bounds.size(); ++v)
-      core.vertex_bounds[v] = point_bounds(motion.vertices()[v], motion.frame(), motion.magnitude());
-    const bool first = trees.empty();
-    trees.resize(parts.size());
-    roots.resize(parts.size());
-    refit_in.resize(parts.size());
-    const std::vector<std::uint8_t> changed(parts.size(), 1);
-    for (std::uint32_t p = 0; p < parts.size(); ++p) {
-      if (first)
-        trees[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, parts[p].shared, true);
-      testing::refit<Bounds>({core.topology->scene, core.vertex_bounds, motion.states(),
-                              core.motion.range(PartId{p}), motion.magnitude(), Known::kNothing},
-                             trees[p]);
-      roots[p] = trees[p].nodes[0];
-    }
-    std::uint64_t bv_tests = 0;
-    const auto found = near_parts.find(core.model, roots, changed, true, bv_tests);
-    near.assign(found.begin(), found.end());
-    testing::CountingSinks sinks;
-    front.advance(trees, near, sinks, {.lazy = true});
-  }
-
-  Status check() {
-    Status status;
-    core.workers->run([&] {
-      status = self_check<Bounds>({core,
-                                   trees,
-                                   roots,
-                                   refit_in,
-                                   0,
-                                   near,
-                                   {},
-                                   apart,
-                                   &front,
-                                   core.motion.vertices().magnitude(),
-                                   Width(),
-                                   0});
-    });
-    return status;
-  }
-  /// The front's own memory.
-  FrontSegment& segment(std::size_t s) { return const_cast<FrontSegment&>(front.segments()[s]); }
-  NeighbourChunk& neighbours(std::size_t c) {
-    return const_cast<Neighbours&>(front.neighbours()).of(PartId{0})[c];
-  }
-  FrontPair& first_disjoint() {
-    for (const FrontSegment& its : front.segments()) {
-      const bool self = its.parts.a == its.parts.b;
-      const Bvtt bvtt(trees[number_of(its.parts.a)].shape, trees[number_of(its.parts.b)].shape, self);
-      for (const FrontChunk& chunk : its.chunks)
-        for (const FrontPair& pair : chunk.pairs)
-          if (!bvtt.is_leaf(pair.nodes)) return const_cast<FrontPair&>(pair);
-    }
-    throw std::logic_error("no pair is disjoint");
-  }
-
-  const std::vector<double> start = wavy(0.5);
-  const std::shared_ptr<const Scene> scene =
-      std::make_shared<const Scene>(Scene::create(filtered_grids()).value());
-  Core core;
-  std::vector<Bvh<Bounds>> trees;
-  std::vector<Bounds> roots;
-  NearParts<Bounds> near_parts;
-  std::vector<std::int64_t> refit_in;
-  std::vector<NearPair> near;
-  std::vector<ApartPair> apart;
-  Front<Bounds> front;
-};
+using Kept = testing::KeptPipeline<Bounds>;
 
 template <class Bounds>
 class SelfCheckOf : public ::testing::Test {
@@ -345,7 +218,7 @@ TEST(SelfCheck, CountsAFrontThatFoldsAtRest) {
   ColliderOptions options;
   options.report = Report::kEarliest;
   options.leaf_size = 1;
-  const std::vector<double> start = wavy(0.3);
+  const std::vector<double> start = wavy_grids(0.3);
   for (const bool lazy : {false, true}) {
     options.lazy_front = lazy;
     Collider collider =
@@ -353,7 +226,7 @@ TEST(SelfCheck, CountsAFrontThatFoldsAtRest) {
                          std::span<const double>(start), options, std::make_shared<Workers>(2))
             .value();
     for (int step = 0; step < 30; ++step) {
-      const std::vector<double> positions = wavy(step == 3 ? 1.5 : 0.3);
+      const std::vector<double> positions = wavy_grids(step == 3 ? 1.5 : 0.3);
       ASSERT_TRUE(collider.step(std::span<const double>(positions)).ok());
       const Status sound = collider.self_check();
       EXPECT_TRUE(sound.ok()) << sound.error().message << ", step " << step << (lazy ? ", lazy" : "");
@@ -398,7 +271,7 @@ TEST(SelfCheck, JudgesNearnessByTheBoundsThatWereLookedAt) {
 }
 
 TEST(SelfCheck, IsPassedByAColliderThatHasNothingToShow) {
-  const std::vector<double> start = wavy(0.5), next = wavy(0.3);
+  const std::vector<double> start = wavy_grids(0.5), next = wavy_grids(0.3);
   Collider collider = Collider::create(std::make_shared<const Scene>(Scene::create(two_grids()).value()),
                                        std::span<const double>(start), {}, std::make_shared<Workers>(1))
                           .value();

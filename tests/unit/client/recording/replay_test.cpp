@@ -23,7 +23,6 @@ namespace {
 using test::Heap;
 using test::Mixture;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 class ReplayTest : public ::testing::Test {
  protected:
@@ -298,54 +297,6 @@ TEST_F(ReplayTest, ATornRecordingReplaysToItsLastWholeRecord) {
   EXPECT_EQ(result.compared, 4u);
   EXPECT_THAT(result.defect, HasSubstr("cut off"));
   EXPECT_THAT(run("replay " + file + " --in-process").out, HasSubstr("the recording is incomplete"));
-}
-
-TEST(DaemonRecording, StopsAtItsBoundAndTheSessionGoesOn) {
-  const test::TemporaryFolder folder;
-  server::Config config;
-  config.record_dir = folder.path();
-  config.record_max_bytes = 64 << 10;
-  test::LocalDaemon daemon(config);
-  Client client = Client::connect(daemon.address()).value();
-  Heap<double> heap;
-  {
-    Session session = client.create_session(heap.description, std::span<const double>(heap.x)).value();
-    for (int k = 1; k <= 200; ++k) ASSERT_TRUE(session.step(std::span<const double>(heap.x)).ok());
-    // Of what is left some may begin still; in the end there is no room for that either.
-    for (int k = 0; k < 8; ++k) {
-      Session another = client.create_session(heap.description, std::span<const double>(heap.x)).value();
-      ASSERT_TRUE(another.step(std::span<const double>(heap.x)).ok());
-    }
-  }
-  daemon.stop();  // all is written by then
-  EXPECT_THAT(daemon.log(), HasSubstr("recording_stopped"));
-  EXPECT_THAT(daemon.log(), HasSubstr("recording_refused"));
-  std::uintmax_t bytes = 0;
-  for (const auto& file : std::filesystem::directory_iterator(folder.path()))
-    if (file.path().extension() == ".wfrec") bytes += file.file_size();
-  EXPECT_GT(bytes, 0u);
-  EXPECT_LE(bytes, config.record_max_bytes);
-}
-
-TEST(DaemonRecording, AnUploadThatFailsLeavesNoFileAndABadFolderNoDaemon) {
-  const test::TemporaryFolder folder;
-  server::Config config;
-  config.record_dir = folder.path();
-  test::LocalDaemon daemon(config);
-  Client client = Client::connect(daemon.address()).value();
-  Heap<double> heap;
-  heap.description.faces[0] = {0, 1, 1'000'000};
-  EXPECT_FALSE(client.create_session(heap.description, std::span<const double>(heap.x)).ok());
-  daemon.stop();  // all is done by then
-  for (const auto& file : std::filesystem::directory_iterator(folder.path()))
-    EXPECT_NE(file.path().extension(), ".wfrec");
-  config.record_dir = folder.path() / "none";
-  config.listen = {"unix:" + (folder.path() / "other.sock").string()};
-  std::ostringstream text;
-  server::Log log(server::LogLevel::kInfo, server::LogFormat::kText, &text);
-  const auto started = server::Daemon::start(config, log);
-  ASSERT_FALSE(started.ok());
-  EXPECT_THAT(started.error().message, HasSubstr("record-dir"));
 }
 
 }  // namespace
