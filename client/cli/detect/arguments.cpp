@@ -58,10 +58,6 @@ Status check_topology_changes(const DetectArguments& arguments) {
   const auto refused = [](const char* option, const char* why) {
     return invalid_argument(std::string(option) + ": the input's topology changes, and " + why);
   };
-  if (!arguments.record_file.empty())
-    return refused("--record",
-                   "a recording that this writes has one topology; let a daemon write it (--server, and "
-                   "--record-dir of warmfrontd)");
   if (arguments.options.explain) return refused("--explain", "what is kept is not comparable then");
   if (arguments.filters.near_at_rest)
     return refused("--filter-near-at-rest", "what is near at rest is not known of the meshes to come");

@@ -72,6 +72,10 @@ Status DetectRun::begin(const PartRange& part, FrameSteps& steps, const SceneDes
   frames_.emplace(scene_, parse_send_mode(arguments_.send, &scene_).value(), first);
   const std::string moment = "frame " + std::to_string(steps.number()) + ", where the topology changes: ";
   std::optional<std::vector<ReplacedBody>> replaced = replaced_bodies(before, scene_);
+  if (!replaced && !arguments_.record_file.empty())
+    return invalid_argument(moment +
+                            "--record: more than bodies' meshes are others, which no change of a session "
+                            "is; declare bodies (--bodies components), or give --frames on one side of it");
   Status changed = replaced ? stepper_->replace(std::move(*replaced), first) : open_stepper(first);
   if (!changed) return Error{changed.error().code, moment + changed.error().message};
   return outputs_->begin_part(scene_, steps);

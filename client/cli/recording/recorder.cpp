@@ -31,8 +31,17 @@ class RecordingStepper final : public Stepper {
       recorder_.refusal(next_, answer.error());
     return answer;
   }
-  Status replace(std::vector<ReplacedBody> /*bodies*/, const Positions& /*positions*/) override {
-    return Error{ErrorCode::kUnimplemented, "what is recorded here keeps its topology"};
+  // A change, and a placement of everything.
+  Status replace(std::vector<ReplacedBody> bodies, const Positions& positions) override {
+    recorder_.change(next_, bodies, positions);
+    Status replaced = inner_->replace(std::move(bodies), positions);
+    recorder_.changed(replaced);
+    if (!replaced) return replaced;
+    Question placement;
+    placement.kind = QuestionKind::kPlace;
+    recorder_.frame(next_, Frame(positions), placement);
+    recorder_.answer(next_++, digest_of(StepAnswer()));
+    return replaced;
   }
   Status place(const Frame& /*frame*/) override {
     return Error{ErrorCode::kUnimplemented, "what is recorded here moves by steps alone"};
@@ -84,12 +93,13 @@ Result<Recorder> Recorder::create(const std::string& path, const SceneDescriptio
   return recorder;
 }
 
-void Recorder::frame(std::uint64_t number, const Frame& frame) {
+void Recorder::frame(std::uint64_t number, const Frame& frame, const Question& question) {
   Result<SentFrame> sent = state_.encode(frame);
   if (!sent) return writer_->stop("frame " + std::to_string(number) + ": " + sent.error().message);
   v1::RecordedMessage message;
   v1::StepFrame& step = *message.mutable_step();
   step.set_frame(number);
+  if (question != Question()) *step.mutable_question() = to_proto(question);
   if (sent.value().moved)
     *step.mutable_moved() = *std::move(sent.value().moved);
   else
@@ -117,6 +127,33 @@ void Recorder::refusal(std::uint64_t number, const Error& error) {
   answer.set_frame(number);
   answer.mutable_outcome()->set_code(wire::canonical_code(error.code));
   answer.mutable_outcome()->set_message(error.message);
+  writer_->write(std::move(message));
+}
+
+void Recorder::change(std::uint64_t next, const std::vector<ReplacedBody>& bodies,
+                      const Positions& positions) {
+  v1::RecordedMessage message;
+  v1::ChangeSceneRequest& request = *message.mutable_change();
+  request.set_next_frame(next);
+  for (const ReplacedBody& body : bodies) {
+    SceneEdit edit =
+        PutBody{body.index, body.with, rows_of(positions, body.first_vertex, body.with.body.vertex_count)};
+    Result<v1::SceneChange> change = state_.encode(edit);
+    if (!change)
+      return writer_->stop("the change before frame " + std::to_string(next) + ": " + change.error().message);
+    *request.add_changes() = std::move(change).value();
+    state_.take(std::move(edit));
+  }
+  writer_->write(std::move(message));
+}
+
+void Recorder::changed(const Status& status) {
+  v1::RecordedMessage message;
+  v1::RecordedOutcome& outcome = *message.mutable_changed();
+  if (!status) {
+    outcome.set_code(wire::canonical_code(status.error().code));
+    outcome.set_message(status.error().message);
+  }
   writer_->write(std::move(message));
 }
 

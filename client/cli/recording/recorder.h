@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "client/cli/detect/stepper.h"
 #include "client/cli/recording/answer_digest.h"
 #include "client/lib/scene_state.h"
+#include "engine/question.h"
 #include "proto/recording/writer.h"
 
 namespace warmfront::client {
@@ -24,16 +26,19 @@ class Recorder {
 
   /// Call it before the step, so that a frame that crashes the process is recorded. Frames are numbered from
   /// 1.
-  void frame(std::uint64_t number, const Frame& frame);
+  void frame(std::uint64_t number, const Frame& frame, const Question& question = {});
   void answer(std::uint64_t number, const AnswerDigest& digest);
   void refusal(std::uint64_t number, const Error& error);
+  /// Bodies have other meshes from frame `next` on, at their rows of `positions`. Call it before the change.
+  void change(std::uint64_t next, const std::vector<ReplacedBody>& bodies, const Positions& positions);
+  void changed(const Status& status);
 
  private:
   Recorder(std::unique_ptr<recording::Writer> writer, SceneState state)
       : writer_(std::move(writer)), state_(std::move(state)) {}
 
   std::unique_ptr<recording::Writer> writer_;
-  SceneState state_;  // encodes frames; stays at the first
+  SceneState state_;  // encodes frames; its positions stay at the first, or what the last change brought
 };
 
 /// `inner` with recording.

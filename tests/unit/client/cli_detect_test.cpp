@@ -293,7 +293,6 @@ TEST(Cli, DetectFollowsChangesOfTopology) {
               HasSubstr("where meshes are remeshed, `warmfront detect --remeshed` follows"));
   EXPECT_THAT(error("bench " + cut, kExitFailed),
               HasSubstr("its topology changes at frame 12, which `warmfront detect` follows"));
-  EXPECT_THAT(error("detect " + cut + " --record " + folder.file("r"), kExitUsage), HasSubstr("--record: "));
   EXPECT_THAT(error("detect " + cut + " --explain", kExitUsage), HasSubstr("--explain: "));
   EXPECT_THAT(error("detect " + cut + " --ended --contacts " + folder.file("c.csv"), kExitUsage),
               HasSubstr("--ended: "));

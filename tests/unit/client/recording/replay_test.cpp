@@ -271,6 +271,30 @@ TEST_F(ReplayTest, WhatTheCommandLineRecordsReplaysAndIsALoad) {
   EXPECT_EQ(files, 2u);
 }
 
+// Where a cloth tears, bodies have other meshes: changes in the recording, each before a placement.
+TEST_F(ReplayTest, WhereTheTopologyChangesTheCommandLineRecordsTheChange) {
+  const std::string cut = "detect 'builtin:cut?triangles=1200&frames=20' --min-separation 0.01";
+  for (const std::string& where : {std::string(), " --server " + daemon_.address()}) {
+    const std::string file =
+        (folder_.path() / (where.empty() ? "cut-here.wfrec" : "cut-there.wfrec")).string();
+    ASSERT_EQ(run(cut + where + " --record " + file).code, kExitOk);
+    const ReplayResult here = replay_here(file);
+    EXPECT_EQ(here.difference + here.defect, "");
+    std::uint64_t changes = 0;
+    recording::Reader reader = recording::Reader::open(file).value();
+    for (auto record = reader.next(); record.ok() && record.value(); record = reader.next()) {
+      if (record.value()->has_change()) ++changes;
+    }
+    EXPECT_GE(changes, 3u);
+    EXPECT_EQ(here.compared, 19u + changes) << "steps, and a placement behind each change";
+    expect_replays(file);
+  }
+  const std::string none = (folder_.path() / "none.wfrec").string();
+  const Outcome apart = run(cut + " --bodies deformable --record " + none, "2>&1");
+  EXPECT_EQ(apart.code, kExitFailed);
+  EXPECT_THAT(apart.out, HasSubstr("where the topology changes: --record: "));
+}
+
 TEST_F(ReplayTest, ADifferentAnswerIsNamedAndExitsWith2) {
   const std::string file = (folder_.path() / "a.wfrec").string();
   ASSERT_EQ(run("detect 'builtin:bart?triangles=1000&frames=6' --record " + file).code, kExitOk);
