@@ -68,7 +68,7 @@ std::string panel(std::span<const TradeRow> rows, double left, const std::string
   return svg;
 }
 
-constexpr const char* kStyle = R"(<style>
+constexpr const char* kTradeStyle = R"(<style>
 text{font:11px sans-serif;fill:#333}
 path{stroke:#888;stroke-opacity:.35}
 circle,rect{stroke-width:1.5}
@@ -92,7 +92,7 @@ std::string format_trade_svg(std::span<const TradeRow> rows) {
   std::string svg =
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 760 330\" width=\"760\" height=\"330\" "
       "role=\"img\">\n";
-  svg += "<title>" + escaped(rows.front().set) + ": accuracy against cost</title>\n" + kStyle;
+  svg += "<title>" + escaped(rows.front().set) + ": accuracy against cost</title>\n" + kTradeStyle;
   svg += text_at(52, 20, "start", rows.front().set);
   svg += panel(rows, 52, "wrong answers (false positives + false negatives)", cost_title, cost,
                [](const TradeRow& r) {

@@ -22,7 +22,7 @@ constexpr std::array<Stage, 4> kStages{{{"refit", &StageSpreads::refit},
 constexpr double kLeft = 150, kRight = 690, kTop = 58, kRow = 24, kBar = 14;
 
 // Stages have the colours that they have in the page of `detect --html` (html/style.css).
-constexpr const char* kStyle = R"(<style>
+constexpr const char* kTimesStyle = R"(<style>
 text{font:11px sans-serif;fill:#333}
 path{stroke:#888;stroke-opacity:.35;fill:none}
 .spread{stroke:#333;stroke-opacity:1}
@@ -69,7 +69,7 @@ std::string format_bench_svg(const BenchReport& report) {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 760 %.0f\" width=\"760\" height=\"%.0f\" "
       "role=\"img\">\n",
       bottom + 40, bottom + 40);
-  svg += "<title>" + escaped(report.input) + ": milliseconds a frame, by setting</title>\n" + kStyle;
+  svg += "<title>" + escaped(report.input) + ": milliseconds a frame, by setting</title>\n" + kTimesStyle;
   svg += text_at(kLeft, 20, "start",
                  report.input + print(": %llu triangles", static_cast<unsigned long long>(report.triangles)));
   double left = kLeft;

@@ -8,7 +8,7 @@
 namespace warmfront::client::load {
 namespace {
 
-constexpr const char* kStyle = R"(<style>
+constexpr const char* kReportStyle = R"(<style>
 :root{color-scheme:light dark}
 body{font:14px/1.5 sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}
 h1{font-size:1.4rem}h2{font-size:1.1rem;margin-top:2rem}
@@ -113,7 +113,7 @@ std::string format_html(const Report& report) {
   const BenchMachine machine = this_machine();
   std::string page =
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>warmfront load: " +
-      escaped(report.scene) + "</title>\n" + kStyle +
+      escaped(report.scene) + "</title>\n" + kReportStyle +
       "</head><body>\n<h1>warmfront load: " + escaped(report.scene) + "</h1>\n<p>" +
       escaped(print("%llu vertices, %llu triangles, %llu frames forth and back. ",
                     static_cast<unsigned long long>(report.vertices),
