@@ -73,6 +73,7 @@ class EdgeList {
   Iterator end() const { return begin() + static_cast<std::ptrdiff_t>(numbers_.size()); }
   std::size_t size() const { return numbers_.size(); }
   bool empty() const { return numbers_.empty(); }
+  EdgeId operator[](std::size_t i) const { return EdgeId{numbers_[i]}; }
   EdgeId front() const { return EdgeId{numbers_.front()}; }
 
  private:

@@ -286,7 +286,7 @@ TEST_F(ReplayTest, WhereTheTopologyChangesTheCommandLineRecordsTheChange) {
       if (record.value()->has_change()) ++changes;
     }
     EXPECT_GE(changes, 3u);
-    EXPECT_EQ(here.compared, 19u + changes) << "steps, and a placement behind each change";
+    EXPECT_EQ(here.compared, 19u + 2 * changes) << "steps, changes, and a placement behind each";
     expect_replays(file);
   }
   const std::string none = (folder_.path() / "none.wfrec").string();
