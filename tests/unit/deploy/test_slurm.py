@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The scripts of deploy/slurm with stand-ins for sbatch, srun and scancel, which run the jobs here and at once."""
+import fcntl
 import json
 import os
 import pathlib
@@ -173,6 +174,20 @@ def test_a_folder_has_one_run(place):
     submit(place, "--folder", "run", SCENE)
     assert "already belongs to a run" in submit(place, "--folder", "run", SCENE, check=2)
     assert "already belongs to a run" in submit(place, "--folder", "run", "--", "--tier", "exact", check=2)
+
+
+def test_two_at_once_do_not_submit_the_same(place):
+    (place / "run").mkdir()
+    with open(place / "run/lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert "another submit is at work on run: wait" in submit(place, "--folder", "run", SCENE, check=2)
+        submit(place, "--folder", "run", "--dry-run", SCENE)
+        assert not (place / "calls.json").exists() and not (place / "run/command").exists()
+    submit(place, "--folder", "run", SCENE)
+    with open(place / "run/lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert "another submit is at work on run: wait" in submit(place, "--folder", "run", check=2)
+    submit(place, "--folder", "run")
 
 
 def test_a_dry_run_leaves_no_folder(place):
