@@ -3,8 +3,11 @@
 // from any thread.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <ipc/ccd/narrow_phase_ccd.hpp>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -19,7 +22,8 @@ namespace warmfront::ipc_toolkit {
 /// that is reached at once (by kSmallToi), the exact tier says when the pair comes within m itself, and
 /// conservative_rescaling of that time is left: so a time of 0 is told only of a pair that starts within m.
 ///
-/// Throws std::invalid_argument for coordinates that are not finite.
+/// Throws std::invalid_argument for coordinates that are not finite, and for a rescaling that is not in (0,
+/// 1].
 class NarrowPhaseCCD : public ::ipc::NarrowPhaseCCD {
  public:
   /// IPC Toolkit's own value, and below which time it looks again.
@@ -29,6 +33,8 @@ class NarrowPhaseCCD : public ::ipc::NarrowPhaseCCD {
   /// `the_rescaling` in (0, 1]; `the_tolerance`, relative to the pair's size, as ColliderOptions::tolerance.
   explicit NarrowPhaseCCD(double the_tolerance = 1e-6, double the_rescaling = kDefaultRescaling)
       : tolerance(the_tolerance) {
+    if (!(the_rescaling > 0 && the_rescaling <= 1))
+      throw std::invalid_argument("warmfront: conservative_rescaling is not in (0, 1]");
     conservative_rescaling = the_rescaling;
   }
 

@@ -44,6 +44,8 @@ Status check_usage(DetectArguments& arguments) {
   if (Result<SendMode> send = parse_send_mode(arguments.send); !send) return send.error();
   if (arguments.options.explain && arguments.options.report != Report::kAll)
     return invalid_argument("--explain needs --report all: it compares the contacts");
+  if (arguments.record_file == "-")
+    return invalid_argument("--record -: a recording is a file of its own; give it a name");
   if (arguments.threads != 0 && !arguments.server.empty() && !arguments.options.explain)
     return invalid_argument("--threads is for this process; with --server the daemon's --threads applies");
   if (Status status = check_one_stdout({{"--json", arguments.json_file},

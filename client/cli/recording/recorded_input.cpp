@@ -14,8 +14,9 @@ namespace {
 
 class RecordedInput final : public Input {
  public:
-  RecordedInput(std::string name, SceneDescription scene, std::vector<PositionBuffer> frames)
-      : Input(std::move(name), std::move(scene), static_cast<std::uint32_t>(frames.size())),
+  RecordedInput(std::string name, SceneDescription scene, std::vector<PositionBuffer> frames,
+                std::vector<std::string> notes)
+      : Input(std::move(name), std::move(scene), static_cast<std::uint32_t>(frames.size()), std::move(notes)),
         frames_(std::move(frames)) {}
 
   Status read_frame(std::uint32_t index, PositionBuffer& positions) override {
@@ -116,8 +117,12 @@ Result<RecordedScene> open_recorded_scene(const std::string& path) {
     frames.push_back(placement.placed);
   }
   if (frames.size() < 2) return invalid_argument(path + ": no frame of it was answered");
-  return RecordedScene{std::make_unique<RecordedInput>(path, recorded.scene(), std::move(frames)),
-                       recorded.options()};
+  std::vector<std::string> notes;
+  if (const std::string defect = recorded.defect(); !defect.empty())
+    notes.push_back(path + ": the recording is incomplete: " + defect);
+  return RecordedScene{
+      std::make_unique<RecordedInput>(path, recorded.scene(), std::move(frames), std::move(notes)),
+      recorded.options()};
 }
 
 }  // namespace warmfront::client

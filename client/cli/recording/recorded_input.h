@@ -18,8 +18,9 @@ struct RecordedScene {
 };
 
 /// Reads the whole recording: its upload and the answered frames, each with all positions. Frames sent in
-/// parts are joined. kInvalidArgument for an invalid recording, one without an answered frame, and one that
-/// whole positions cannot represent: a scene that changes, or poses in a float32 session.
+/// parts are joined. A note says so where the recording is incomplete. kInvalidArgument for an invalid
+/// recording, one without an answered frame, and one that whole positions cannot represent: a scene that
+/// changes, or poses in a float32 session.
 Result<RecordedScene> open_recorded_scene(const std::string& path);
 
 }  // namespace warmfront::client

@@ -37,6 +37,24 @@ def consume(prefix, folder):
     assert run(folder / "consumer") == "3 contacts\n"
 
 
+def found(prefix, folder, component, *options):
+    """What find_package(warmfront) says of a component."""
+    (folder / "asks").mkdir(exist_ok=True)
+    (folder / "asks" / "CMakeLists.txt").write_text(f"""
+cmake_minimum_required(VERSION 3.25)
+project(asks LANGUAGES CXX)
+find_package(warmfront QUIET COMPONENTS {component})
+if(warmfront_FOUND)
+  file(WRITE ${{CMAKE_BINARY_DIR}}/said "found\n")
+else()
+  file(WRITE ${{CMAKE_BINARY_DIR}}/said "not found: ${{warmfront_NOT_FOUND_MESSAGE}}\n")
+endif()
+""")
+    shutil.rmtree(folder / "asked", ignore_errors=True)
+    run("cmake", "-S", folder / "asks", "-B", folder / "asked", f"-DCMAKE_PREFIX_PATH={prefix}", *options)
+    return (folder / "asked" / "said").read_text()
+
+
 def needed_by_engine():
     """The names of find_package() that CMakeLists.txt asks for without the service."""
     text = (SOURCE / "CMakeLists.txt").read_text()

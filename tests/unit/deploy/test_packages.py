@@ -25,6 +25,18 @@ def test_what_cmake_installs_without_the_service(tmp_path):
     packages.configure(SOURCE, tmp_path / "build", "-DWARMFRONT_SERVICE=OFF", "-DWARMFRONT_TESTS=OFF")
     packages.install(tmp_path / "build", tmp_path / "installed")
     packages.consume(tmp_path / "installed", tmp_path / "consumer")
+    assert packages.found(tmp_path / "installed", tmp_path, "engine") == "found\n"
+    assert "component client: this build of warmfront has no service" in packages.found(tmp_path / "installed", tmp_path, "client")
+    assert "there is no component motor: there are engine and client" in packages.found(tmp_path / "installed", tmp_path, "motor")
+
+
+@pytest.mark.skipif(not (BUILD / "bin" / "warmfrontd").exists(), reason="the service is not built")
+def test_who_wants_the_engine_alone_needs_no_grpc(tmp_path):
+    packages.install(BUILD, tmp_path / "installed")
+    without = ("-DCMAKE_DISABLE_FIND_PACKAGE_gRPC=ON", "-DCMAKE_DISABLE_FIND_PACKAGE_Protobuf=ON")
+    assert packages.found(tmp_path / "installed", tmp_path, "engine", *without) == "found\n"
+    assert "dependency Protobuf could not be found" in packages.found(tmp_path / "installed", tmp_path, "client", *without)
+    assert packages.found(tmp_path / "installed", tmp_path, "client") == "found\n"
 
 
 # --- Conan ---

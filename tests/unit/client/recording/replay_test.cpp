@@ -321,6 +321,16 @@ TEST_F(ReplayTest, ATornRecordingReplaysToItsLastWholeRecord) {
   EXPECT_EQ(result.compared, 4u);
   EXPECT_THAT(result.defect, HasSubstr("cut off"));
   EXPECT_THAT(run("replay " + file + " --in-process").out, HasSubstr("the recording is incomplete"));
+  const Outcome as_input = run("detect " + file, "2>&1 >/dev/null");
+  EXPECT_EQ(as_input.code, kExitOk);
+  EXPECT_THAT(as_input.out, HasSubstr("the recording is incomplete"))
+      << "and its totals are of what is there";
+}
+
+TEST_F(ReplayTest, ARecordingIsAFileOfItsOwn) {
+  const Outcome out = run("detect 'builtin:bart?triangles=1000&frames=3' --record -", "2>&1");
+  EXPECT_EQ(out.code, kExitUsage);
+  EXPECT_THAT(out.out, HasSubstr("--record -: a recording is a file of its own"));
 }
 
 }  // namespace
