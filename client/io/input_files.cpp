@@ -204,6 +204,17 @@ Result<std::unique_ptr<Input>> open_mesh_files(std::span<const std::string> path
       std::move(first.value().positions), std::move(notes)));
 }
 
+// How to give mesh files of other names, if the folder has any.
+std::string other_meshes_of(const fs::path& folder) {
+  std::error_code failed;
+  for (fs::directory_iterator file(folder, failed), end; !failed && file != end; file.increment(failed)) {
+    if (is_mesh_file_name(file->path().string()))
+      return "; mesh files of other names are given as files, in their order: " + (folder / "*").string() +
+             file->path().extension().string();
+  }
+  return "";
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Input>> open_folder_input(const std::string& name, std::size_t least_frames) {
@@ -228,7 +239,7 @@ Result<std::unique_ptr<Input>> open_folder_input(const std::string& name, std::s
   }
   if (paths.size() < least_frames)
     return invalid_argument(name + ": holds neither mesh.ply and frames.pc2 nor t0.ply" +
-                            (least_frames > 1 ? " and t1.ply" : ""));
+                            (least_frames > 1 ? " and t1.ply" : "") + other_meshes_of(folder));
   return open_mesh_files(paths, &folder, WholeBody::kUndeclared);
 }
 

@@ -104,6 +104,8 @@ TEST(Input, AFolderMustHoldWhatItNeeds) {
   const TemporaryFolder folder;
   EXPECT_THAT(open_error({folder.file("missing")}), HasSubstr("no such file or folder"));
   EXPECT_THAT(open_error({folder.path()}), HasSubstr("holds neither"));
+  folder.write("t00000.ply", triangle(0));
+  EXPECT_THAT(open_error({folder.path()}), HasSubstr("given as files, in their order: " + folder.file("*.ply")));
   folder.write("mesh.ply", triangle(0));
   EXPECT_THAT(open_error({folder.path()}), HasSubstr("frames.pc2"));
   write_cache(folder);
