@@ -28,6 +28,7 @@ exec 3<&-
 wait "$daemon"
 status=$?
 kill "$watcher" 2>/dev/null
+wait "$watcher"  # so that nothing of it is there when this ends
 rm -rf "$0"
 exit $status
 """
