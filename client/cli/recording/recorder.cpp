@@ -17,6 +17,11 @@ namespace {
 
 constexpr std::size_t kUploadChunk = std::size_t{1} << 20;
 
+void set_outcome(v1::RecordedOutcome& outcome, const Error& error) {
+  outcome.set_code(wire::canonical_code(error.code));
+  outcome.set_message(error.message);
+}
+
 class RecordingStepper final : public Stepper {
  public:
   RecordingStepper(std::unique_ptr<Stepper> inner, Recorder recorder)
@@ -125,8 +130,7 @@ void Recorder::refusal(std::uint64_t number, const Error& error) {
   v1::RecordedMessage message;
   v1::RecordedAnswer& answer = *message.mutable_answer();
   answer.set_frame(number);
-  answer.mutable_outcome()->set_code(wire::canonical_code(error.code));
-  answer.mutable_outcome()->set_message(error.message);
+  set_outcome(*answer.mutable_outcome(), error);
   writer_->write(std::move(message));
 }
 
@@ -150,10 +154,7 @@ void Recorder::change(std::uint64_t next, const std::vector<ReplacedBody>& bodie
 void Recorder::changed(const Status& status) {
   v1::RecordedMessage message;
   v1::RecordedOutcome& outcome = *message.mutable_changed();
-  if (!status) {
-    outcome.set_code(wire::canonical_code(status.error().code));
-    outcome.set_message(status.error().message);
-  }
+  if (!status) set_outcome(outcome, status.error());
   writer_->write(std::move(message));
 }
 
