@@ -1,51 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/pair_test.h"
 
-#include <cfenv>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/keep_distance.h"
 #include "engine/narrow_phase/coplanarity_filter.h"
 #include "engine/narrow_phase/separation_filter.h"
+#include "engine/parallel/default_environment.h"
 
 namespace warmfront {
 namespace {
 
 /// Of keep_distance in tier exact: no number of a pair's own is decided without error.
 constexpr double kFine = 0x1p-32;
-
-/// The default floating-point environment for the calling thread, and its own at the end. To look is cheap,
-/// to set is not.
-class DefaultEnvironment {
- public:
-  DefaultEnvironment() : changed_(!is_default()) {
-    if (!changed_) return;
-    std::fegetenv(&saved_);
-    std::fesetenv(FE_DFL_ENV);
-  }
-  ~DefaultEnvironment() {
-    if (changed_) std::fesetenv(&saved_);
-  }
-  DefaultEnvironment(const DefaultEnvironment&) = delete;
-  DefaultEnvironment& operator=(const DefaultEnvironment&) = delete;
-
- private:
-  // A denormal result would be flushed, a denormal operand read as zero, and a sum rounded one way or the
-  // other.
-  static bool is_default() {
-    const volatile double least = std::numeric_limits<double>::min();
-    const volatile double denormal = std::numeric_limits<double>::denorm_min();
-    const volatile double one = 1;
-    const volatile double little = 0x1p-60;
-    return least / 2 != 0 && denormal * 0x1p53 != 0 && one + little == one && one - little == one;
-  }
-
-  const bool changed_;
-  std::fenv_t saved_{};
-};
 
 Status check_options(const PairOptions& options) {
   if (options.tier != Tier::kFast && options.tier != Tier::kCertified && options.tier != Tier::kExact)
@@ -123,7 +92,7 @@ Result<std::optional<PairContact>> test_pair(const MovingPair& pair, const PairO
   if (pair.kind != ContactKind::kVertexFace && pair.kind != ContactKind::kEdgeEdge)
     return invalid_argument("kind: is neither vertex-face nor edge-edge");
   if (Status valid = check_options(options); !valid) return valid.error();
-  const DefaultEnvironment environment;
+  const DefaultEnvironment environment(DefaultEnvironment::Set::kWhereItIsNot);
   if (!all_finite(pair.start) || !all_finite(pair.end)) return not_finite(pair);
   const Verdict verdict = verdict_of(pair.kind, motions_of(pair), options);
   if (!verdict.contact || verdict.toi > options.latest) return std::optional<PairContact>();

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/parallel/default_environment.h"
 #include "engine/parallel/give_way.h"
 
 namespace warmfront {
@@ -44,21 +45,6 @@ class Entry final : public tbb::task_scheduler_observer {
 
  private:
   const Flag flag_;
-};
-
-// Sets the default environment, and restores the calling thread's own at the end.
-class CallerEnvironment {
- public:
-  CallerEnvironment() {
-    std::fegetenv(&saved_);
-    std::fesetenv(FE_DFL_ENV);
-  }
-  ~CallerEnvironment() { std::fesetenv(&saved_); }
-  CallerEnvironment(const CallerEnvironment&) = delete;
-  CallerEnvironment& operator=(const CallerEnvironment&) = delete;
-
- private:
-  std::fenv_t saved_{};
 };
 
 int thread_count(int asked) {
@@ -102,7 +88,7 @@ Arena& own_arena(int threads) {
   thread_local std::vector<std::pair<int, std::unique_ptr<Arena>>> arenas;
   for (const auto& [count, arena] : arenas)
     if (count == threads) return *arena;
-  const CallerEnvironment environment;
+  const DefaultEnvironment environment;
   return *arenas.emplace_back(threads, std::make_unique<Arena>(threads)).second;
 }
 thread_local int alone = 0;  // number of living OneThreads
@@ -145,7 +131,7 @@ void Workers::run(const std::function<void()>& work) {
   // a form that the thread sanitizer can see.
   std::atomic<bool> done{false};
   own_arena(threads()).arena.execute([&] {
-    const CallerEnvironment environment;
+    const DefaultEnvironment environment;
     // Tasks of another collider in the same arena must not run inside a wait of this one: it may use
     // thread-local state.
     tbb::this_task_arena::isolate([&work] { work(); });

@@ -226,6 +226,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
   Result<std::shared_ptr<Certificates>> certificates = certificates_of(config, log);
   if (!certificates) return certificates.error();
   warn_of_readable_secrets(log, config);
+  warn_of_slow_instructions(log);
   for (const std::string& reason : fit_to_memory(config.limits))
     log.write(LogLevel::kWarning, "limits_beside_memory", {{"reason", reason}});
   enable_plugins(config.reflection, config.channelz);

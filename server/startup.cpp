@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/instructions.h"
 #include "server/process/accept.h"
 #include "server/process/listen.h"
 #include "server/process/small_file.h"
@@ -22,6 +23,11 @@ void warn_of_readable_secrets(Log& log, const Config& config) {
           {{"file", *path},
            {"reason", std::string(setting) + ": every user of this machine may read it; chmod o= it, and "
                                              "replace what it holds if there are such users"}});
+}
+
+void warn_of_slow_instructions(Log& log) {
+  if (const std::string reason = why_instructions_are_slow(); !reason.empty())
+    log.write(LogLevel::kWarning, "slow_instructions", {{"reason", reason}});
 }
 
 Result<std::vector<SocketLock>> lock_addresses(const Config& config) {

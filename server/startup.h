@@ -23,4 +23,7 @@ Result<std::shared_ptr<Certificates>> certificates_of(const Config& config, Log&
 /// Once at each start: a token or key that every user may read is theirs as well.
 void warn_of_readable_secrets(Log& log, const Config& config);
 
+/// Once at each start, where the machine lacks what the build's hot loops are for.
+void warn_of_slow_instructions(Log& log);
+
 }  // namespace warmfront::server

@@ -151,7 +151,7 @@ Frame FrameBuffer::view() const {
 
 void FrameBuffer::add_to(StateDigest& digest) const {
   digest.add(std::uint64_t{moved_});
-  if (!moved_) return digest.add(positions_.bytes());
+  if (!moved_) return digest.add(positions_.hash());
   for (const std::string& field : bytes_) digest.add(field);
 }
 

@@ -12,6 +12,13 @@ namespace warmfront::server {
 static_assert(std::endian::native == std::endian::little,
               "the wire is little-endian and bytes are copied as they are");
 
+namespace {
+
+// What is copied is hashed before it leaves a core's nearest cache; a whole number of the hash's blocks.
+constexpr std::size_t kInNearCache = 8192;
+
+}  // namespace
+
 PositionBuffer::PositionBuffer(Dtype dtype, std::uint32_t vertex_count)
     : expected_(std::size_t{3} * vertex_count * size_of(dtype)) {
   if (dtype == Dtype::kFloat64) values_.emplace<Numbers<double>>();
@@ -36,7 +43,14 @@ Status PositionBuffer::append(std::span<const std::string_view> pieces) {
         constexpr std::size_t kSize = sizeof(values[0]);
         values.resize((received_ + size + kSize - 1) / kSize);
         char* to = reinterpret_cast<char*>(values.data()) + received_;
-        for (const std::string_view piece : pieces) to = std::ranges::copy(piece, to).out;
+        for (std::string_view piece : pieces)
+          for (; !piece.empty(); piece.remove_prefix(std::min(piece.size(), kInNearCache))) {
+            // The copy is hashed: a client may still change what is in memory that it shares.
+            const std::string_view part = piece.substr(0, kInNearCache);
+            char* const end = std::ranges::copy(part, to).out;
+            hash_.add({to, end});
+            to = end;
+          }
       },
       values_);
   received_ += size;

@@ -16,6 +16,7 @@
 
 #include "engine/collider.h"
 #include "engine/result.h"
+#include "server/session/state_digest.h"
 
 namespace warmfront::server {
 
@@ -54,6 +55,8 @@ class PositionBuffer {
   Positions view() const;
   /// As they came; as valid as view().
   std::string_view bytes() const;
+  /// Of bytes().
+  const ContentHash& hash() const { return hash_; }
   /// The same bytes? What was refused is like nothing.
   friend bool operator==(const PositionBuffer& a, const PositionBuffer& b);
 
@@ -62,6 +65,7 @@ class PositionBuffer {
 
   std::size_t expected_;
   std::size_t received_ = 0;
+  ContentHash hash_;
   std::optional<Error> overflow_;
   template <class T>
   using Numbers = std::vector<T, Unwritten<T>>;

@@ -19,7 +19,7 @@ namespace {
 std::uint64_t digest_of(const SessionSpec& spec, const PositionBuffer& positions) {
   StateDigest digest(spec.header_digest);
   digest.add(std::span(spec.scene.faces));
-  digest.add(positions.bytes());
+  digest.add(positions.hash());
   const PairFilters& filters = spec.scene.filters;
   if (filters.any()) {
     digest.add(std::span(filters.rest_positions));

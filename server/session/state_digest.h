@@ -3,6 +3,8 @@
 // Used by one thread at a time.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -29,6 +31,28 @@ struct Standing {
 inline constexpr std::uint64_t kDigestOfChange = 2;
 inline constexpr std::uint64_t kDigestOfCommit = 3;
 
+/// A hash of bytes that come in pieces: the same for the same bytes, however they were cut. It is taken while
+/// they are in a near cache, as they are copied; what they are added to may be known later.
+class ContentHash {
+ public:
+  ContentHash();
+
+  void add(std::string_view piece);
+
+ private:
+  friend class StateDigest;
+  static constexpr std::size_t kLanes = 8;
+  static constexpr std::size_t kBlock = kLanes * sizeof(std::uint64_t);
+  using Lanes = std::array<std::uint64_t, kLanes>;
+
+  static void add_blocks(Lanes& lanes, const char* at, std::size_t count);
+  Lanes ended() const;
+
+  Lanes lanes_;
+  std::array<char, kBlock> begun_{};  // the block that the pieces so far end in, where that is not full
+  std::uint64_t bytes_ = 0;
+};
+
 /// 64 bits of a state or of content. Hashing takes far less than a byte a cycle: many times less than the
 /// reading of positions that a step begins with.
 class StateDigest {
@@ -37,8 +61,13 @@ class StateDigest {
 
   /// Takes a field's bytes into the digest. Their number counts too, so that bytes that move from a field to
   /// the next make another digest.
-  void add(std::string_view bytes);
+  void add(std::string_view bytes) {
+    ContentHash content;
+    content.add(bytes);
+    add(content);
+  }
   void add(std::uint64_t number);
+  void add(const ContentHash& content);
   template <class T, std::size_t kExtent>
   void add(std::span<const T, kExtent> values) {
     add(std::string_view(reinterpret_cast<const char*>(values.data()), values.size_bytes()));

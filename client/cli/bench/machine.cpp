@@ -6,19 +6,12 @@
 
 #include <algorithm>
 #include <fstream>
-#include <string_view>
 
-#include "engine/simd/target_clones.h"
+#include "engine/instructions.h"
 #include "engine/workers.h"
-
-#define WARMFRONT_AS_TEXT(...) #__VA_ARGS__
-#define WARMFRONT_EXPANDED_AS_TEXT(...) WARMFRONT_AS_TEXT(__VA_ARGS__)
 
 namespace warmfront::client {
 namespace {
-
-/// The attribute that hot loops carry, as text: every name in quotes is an instruction set.
-constexpr std::string_view kDispatch = WARMFRONT_EXPANDED_AS_TEXT(WARMFRONT_TARGET_CLONES);
 
 std::string cpu_model() {
   std::ifstream info("/proc/cpuinfo");
@@ -27,17 +20,6 @@ std::string cpu_model() {
     if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
   }
   return "unknown";
-}
-
-std::string instruction_sets() {
-  std::string names;
-  for (std::size_t at = kDispatch.find('"'); at != std::string_view::npos;) {
-    const std::size_t end = kDispatch.find('"', at + 1);
-    if (end == std::string_view::npos) break;
-    names += (names.empty() ? "" : " ") + std::string(kDispatch.substr(at + 1, end - at - 1));
-    at = kDispatch.find('"', end + 1);
-  }
-  return names.empty() ? "baseline" : names;
 }
 
 std::string compiler() {

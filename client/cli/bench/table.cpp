@@ -8,6 +8,7 @@
 #include "client/cli/bench/report.h"
 #include "client/cli/markdown.h"
 #include "client/cli/print.h"
+#include "engine/instructions.h"
 
 namespace warmfront::client {
 namespace {
@@ -139,11 +140,13 @@ std::string savings(const BenchReport& report) {
 std::string format_bench_context(const BenchContext& context) {
   const BenchMachine& machine = context.machine;
   const BenchBuild& build = context.build;
+  const std::string slow = why_instructions_are_slow();
   return "machine: " + machine.cpu +
          print(", %d cores, %.1f GB\n", machine.cores, static_cast<double>(machine.memory_bytes) / 1e9) +
          "build: warmfront " + (build.revision.empty() ? build.version : build.revision) + ", " +
          build.compiler + ", " + build.type + (build.flags.empty() ? "" : " " + build.flags) +
-         ", hot loops for " + build.instructions + print("; medians of %u rounds\n", context.rounds);
+         ", hot loops for " + build.instructions + print("; medians of %u rounds\n", context.rounds) +
+         (slow.empty() ? "" : "slow: " + slow + "\n");
 }
 
 std::string format_bench_tables(const BenchReport& report) {

@@ -136,6 +136,20 @@ TEST(PairTest, IsTheSameInAnyFloatingPointEnvironment) {
   }
 }
 
+// Programs that hunt for their own mistakes let what is inexact or too small end them.
+TEST(PairTest, DoesNotTrapWhereItsCallerWould) {
+  std::mt19937_64 random(6);
+  const MovingPair pair = pair_of(testing::torture_families().front().make(random, ContactKind::kEdgeEdge));
+  const auto usual = test_pair(pair).value();
+  const int trapped = FE_INEXACT | FE_UNDERFLOW | FE_OVERFLOW;
+  if (feenableexcept(trapped) == -1) GTEST_SKIP() << "this machine cannot trap";
+  const auto answer = test_pair(pair);
+  const int still = fegetexcept();
+  fedisableexcept(trapped);
+  EXPECT_EQ(still, trapped);
+  EXPECT_EQ(answer.value(), usual);
+}
+
 std::string refusal(const MovingPair& pair, const PairOptions& options = {}) {
   const auto answer = test_pair(pair, options);
   if (answer.ok()) return "accepted";

@@ -33,16 +33,16 @@ TEST(StateDigestTest, EveryBitEveryLengthAndEveryFieldCounts) {
     ++made;
   };
   // Zeros alone, so that nothing but the length tells them apart.
-  for (std::size_t size = 0; size <= 130; ++size) take(digest_of(std::string(size, '\0')));
-  for (std::size_t bit = 0; bit < 8 * 130; ++bit) {
-    std::string bytes(130, '\0');
+  for (std::size_t size = 0; size <= 260; ++size) take(digest_of(std::string(size, '\0')));
+  for (std::size_t bit = 0; bit < 8 * 260; ++bit) {
+    std::string bytes(260, '\0');
     bytes[bit / 8] = static_cast<char>(1 << bit % 8);
     take(digest_of(bytes));
   }
   // Two signs that flip: the highest bits of two words, in one lane or in two.
-  for (std::size_t a = 0; a < 16; ++a) {
+  for (std::size_t a = 0; a < 32; ++a) {
     for (std::size_t b = 0; b < a; ++b) {
-      std::string bytes(130, '\0');
+      std::string bytes(260, '\0');
       bytes[8 * a + 7] = bytes[8 * b + 7] = static_cast<char>(0x80);
       take(digest_of(bytes));
     }
@@ -61,6 +61,23 @@ TEST(StateDigestTest, IsTheSameForTheSameBytesWhereverTheyLie) {
       "a state is compared and nothing else; wherever its bytes lie, they are the same bytes";
   for (std::size_t shift = 0; shift < 9; ++shift)
     EXPECT_EQ(digest_of(std::string_view(std::string(shift, ' ') + bytes).substr(shift)), digest_of(bytes));
+}
+
+TEST(StateDigestTest, IsTheSameHoweverTheBytesAreCut) {
+  std::string bytes;
+  for (int i = 0; i < 300; ++i) bytes += static_cast<char>(i * i + 3 * i);
+  for (std::size_t first = 0; first <= bytes.size(); ++first)
+    for (const std::size_t second :
+         {std::size_t{0}, std::size_t{1}, std::size_t{63}, std::size_t{64}, std::size_t{65}}) {
+      server::ContentHash content;
+      const std::string_view rest = std::string_view(bytes).substr(first);
+      content.add(std::string_view(bytes).substr(0, first));
+      content.add(rest.substr(0, second));
+      if (second < rest.size()) content.add(rest.substr(second));
+      StateDigest digest(7);
+      digest.add(content);
+      EXPECT_EQ(digest.value(), digest_of(bytes)) << first << " and " << second;
+    }
 }
 
 class SessionStateTest : public ServiceTest {

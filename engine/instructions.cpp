@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/instructions.h"
+
+#include <string_view>
+
+#include "engine/simd/target_clones.h"
+
+#define WARMFRONT_AS_TEXT(...) #__VA_ARGS__
+#define WARMFRONT_EXPANDED_AS_TEXT(...) WARMFRONT_AS_TEXT(__VA_ARGS__)
+
+namespace warmfront {
+namespace {
+
+/// The attribute that hot loops carry, as text: every name in quotes is an instruction set.
+constexpr std::string_view kDispatch = WARMFRONT_EXPANDED_AS_TEXT(WARMFRONT_TARGET_CLONES);
+
+}  // namespace
+
+std::string instruction_sets() {
+  std::string names;
+  for (std::size_t at = kDispatch.find('"'); at != std::string_view::npos;) {
+    const std::size_t end = kDispatch.find('"', at + 1);
+    if (end == std::string_view::npos) break;
+    if (!names.empty()) names += ' ';
+    names += kDispatch.substr(at + 1, end - at - 1);
+    at = kDispatch.find('"', end + 1);
+  }
+  if (names.empty()) return "baseline";
+  return names;
+}
+
+std::string why_instructions_are_slow() {
+#if defined(__x86_64__)
+  // The default clone computes with vectors of 32 bytes in registers of 16 (simd/halves.h says what that costs).
+  if (kDispatch.find("\"avx2\"") != std::string_view::npos && !__builtin_cpu_supports("avx2"))
+    return "this machine has no AVX2, and this build's loops for such machines take some ten times as long; a "
+           "build configured with -DWARMFRONT_NO_TARGET_CLONES=ON takes less than twice";
+#endif
+  return {};
+}
+
+}  // namespace warmfront
