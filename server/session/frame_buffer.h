@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/frame.h"
@@ -30,6 +31,11 @@ struct MovedPiece {
 class FrameBuffer {
  public:
   FrameBuffer(Dtype dtype, const Scene& scene);
+
+  /// Before anything is appended: positions go there.
+  void reuse(PositionMemory memory) noexcept { positions_.reuse(std::move(memory)); }
+  /// What they were in. Ends this buffer.
+  PositionMemory release() noexcept { return positions_.release(); }
 
   /// Appends the next bytes of all positions, as PositionBuffer does.
   Status append(std::string_view positions);

@@ -33,9 +33,9 @@ std::size_t SessionHistory::memory_bytes() const {
 }
 
 const std::shared_ptr<const Answer>& SessionHistory::finish(std::shared_ptr<const Answer> answer,
-                                                            FrameContent content) noexcept {
+                                                            std::optional<FrameContent>& content) noexcept {
   last_answer_ = std::move(answer);
-  last_content_ = std::move(content);
+  std::swap(last_content_, content);
   trial_.reset();
   frames_.advance();
   standing_ = {last_answer_->state, standing_.now};

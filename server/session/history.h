@@ -34,9 +34,10 @@ class SessionHistory {
   FrameOutcome repeated(const AdmittedFrame& frame) const;
   /// The content of the last frame takes so much memory.
   std::size_t memory_bytes() const;
-  /// The frame was answered, and is the session's last; there is no trial then. Cannot fail.
+  /// The frame was answered, and is the session's last; there is no trial then. `content` is that of the last
+  /// one before it afterwards, if there was one. Cannot fail.
   const std::shared_ptr<const Answer>& finish(std::shared_ptr<const Answer> answer,
-                                              FrameContent content) noexcept;
+                                              std::optional<FrameContent>& content) noexcept;
 
   /// A digest of what the last trial was about, where it may be committed.
   const std::optional<std::uint64_t>& trial() const { return trial_; }

@@ -21,13 +21,22 @@ constexpr std::size_t kInNearCache = 8192;
 
 PositionBuffer::PositionBuffer(Dtype dtype, std::uint32_t vertex_count)
     : expected_(std::size_t{3} * vertex_count * size_of(dtype)) {
-  if (dtype == Dtype::kFloat64) values_.emplace<Numbers<double>>();
+  if (dtype == Dtype::kFloat64) memory_.values_.emplace<Numbers<double>>();
 }
 
 std::string PositionBuffer::shape() const {
-  const std::size_t size = values_.index() == 0 ? 4 : 8;
+  const std::size_t size = memory_.values_.index() == 0 ? 4 : 8;
   return std::to_string(expected_) + " bytes are expected (" + std::to_string(expected_ / (3 * size)) +
          " vertices x 3 x float" + std::to_string(8 * size) + ")";
+}
+
+void PositionBuffer::reuse(PositionMemory memory) noexcept {
+  const std::size_t bytes = memory.bytes();
+  if (received_ > 0 || memory.values_.index() != memory_.values_.index() || bytes < expected_ ||
+      bytes - expected_ > expected_ / 4)
+    return;
+  memory_ = std::move(memory);
+  std::visit([](auto& values) { values.clear(); }, memory_.values_);
 }
 
 Status PositionBuffer::append(std::span<const std::string_view> pieces) {
@@ -52,7 +61,7 @@ Status PositionBuffer::append(std::span<const std::string_view> pieces) {
             to = end;
           }
       },
-      values_);
+      memory_.values_);
   received_ += size;
   return {};
 }
@@ -64,8 +73,9 @@ Status PositionBuffer::complete() const {
 }
 
 Positions PositionBuffer::view() const {
-  if (const auto* floats = std::get_if<Numbers<float>>(&values_)) return std::span<const float>(*floats);
-  return std::span<const double>(std::get<Numbers<double>>(values_));
+  if (const auto* floats = std::get_if<Numbers<float>>(&memory_.values_))
+    return std::span<const float>(*floats);
+  return std::span<const double>(std::get<Numbers<double>>(memory_.values_));
 }
 
 std::string_view PositionBuffer::bytes() const {
@@ -73,18 +83,18 @@ std::string_view PositionBuffer::bytes() const {
       [&](const auto& values) {
         return std::string_view(reinterpret_cast<const char*>(values.data()), received_);
       },
-      values_);
+      memory_.values_);
 }
 
 bool operator==(const PositionBuffer& a, const PositionBuffer& b) {
   if (a.overflow_ || b.overflow_) return false;  // there was more than is kept
-  if (a.received_ != b.received_ || a.values_.index() != b.values_.index()) return false;
+  if (a.received_ != b.received_ || a.memory_.values_.index() != b.memory_.values_.index()) return false;
   return std::visit(
       [&](const auto& values) {
-        const auto& others = std::get<std::decay_t<decltype(values)>>(b.values_);
+        const auto& others = std::get<std::decay_t<decltype(values)>>(b.memory_.values_);
         return a.received_ == 0 || std::memcmp(values.data(), others.data(), a.received_) == 0;
       },
-      a.values_);
+      a.memory_.values_);
 }
 
 }  // namespace warmfront::server

@@ -37,10 +37,32 @@ struct Unwritten : std::allocator<T> {
   void construct(T* number, T value) noexcept { ::new (static_cast<void*>(number)) T(value); }
 };
 
+class PositionBuffer;
+
+/// What positions were in.
+class PositionMemory {
+ public:
+  std::size_t bytes() const {
+    return std::visit([](const auto& values) { return values.capacity() * sizeof(values[0]); }, values_);
+  }
+
+ private:
+  friend class PositionBuffer;
+  friend bool operator==(const PositionBuffer& a, const PositionBuffer& b);
+  template <class T>
+  using Numbers = std::vector<T, Unwritten<T>>;
+  std::variant<Numbers<float>, Numbers<double>> values_;
+};
+
 /// Row-major (n, 3), little-endian.
 class PositionBuffer {
  public:
   PositionBuffer(Dtype dtype, std::uint32_t vertex_count);
+
+  /// Of an empty buffer: what arrives goes there, where that has room for all of it and little more.
+  void reuse(PositionMemory memory) noexcept;
+  /// Ends this buffer.
+  PositionMemory release() noexcept { return std::move(memory_); }
 
   /// Appends the next bytes; a piece may end within a number. INVALID_ARGUMENT beyond 3 n sizeof(dtype)
   /// bytes: nothing is appended then or later. Memory grows with what arrives, never with what was announced.
@@ -68,8 +90,8 @@ class PositionBuffer {
   ContentHash hash_;
   std::optional<Error> overflow_;
   template <class T>
-  using Numbers = std::vector<T, Unwritten<T>>;
-  std::variant<Numbers<float>, Numbers<double>> values_;
+  using Numbers = PositionMemory::Numbers<T>;
+  PositionMemory memory_;
 };
 
 }  // namespace warmfront::server

@@ -85,6 +85,7 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
           tenant_ ? std::shared_ptr<Share>(tenant_, &tenant_->share) : std::shared_ptr<Share>())),
       account_(std::move(host.account)),
       companion_(std::move(host.companion)),
+      spare_(account_),
       collider_(std::move(collider)),
       memory_(account_, collider_.memory_bytes()),
       history_({spec.first_frame, spec.first_revision, digest}),

@@ -23,6 +23,7 @@
 #include "server/session/limits.h"
 #include "server/session/mailbox.h"
 #include "server/session/observer.h"
+#include "server/session/spare_positions.h"
 #include "server/session/step_forecast.h"
 #include "server/session/tenants.h"
 
@@ -93,6 +94,8 @@ class Session : public std::enable_shared_from_this<Session> {
   ColliderOptions options() const;
   const std::shared_ptr<Account>& account() const { return account_; }
   const std::shared_ptr<SessionCompanion>& companion() const { return companion_; }
+  /// Memory for a frame's positions; thread-safe.
+  SparePositions& spare_positions() { return spare_; }
   SessionSnapshot snapshot() const;
   /// Somebody asks about this session: it is used.
   void touch();
@@ -186,6 +189,7 @@ class Session : public std::enable_shared_from_this<Session> {
                                            const Question& question);
   void count(const Answer& answer, double waited_seconds);
   FrameOutcome take_trial(std::uint64_t number, FrameCommit commit);
+  FrameOutcome finish(std::shared_ptr<const Answer> answer, FrameContent content) noexcept;
 
   // Changes (session_changes.cpp).
   void carry_out(ChangeOrder& order, ChangeObserver& observer) noexcept;
@@ -225,6 +229,8 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::shared_ptr<Mailbox> mailbox_;
   const std::shared_ptr<Account> account_;
   const std::shared_ptr<SessionCompanion> companion_;
+
+  SparePositions spare_;
 
   // Used by jobs of the mailbox only, which run one at a time.
   Collider collider_;

@@ -40,7 +40,8 @@ void Session::carry_out(AdmittedFrame& frame) noexcept {
   // A motion that failed is followed by no commit of the one before it; a question about a state leaves that
   // as it is, as Collider does.
   if (!outcome && frame.moves()) history_.forget_trial();
-  // The frame is computed: what it held is free before its client hears of it.
+  // The frame is computed: what it held is free before its client hears of it, or kept for the next.
+  if (FrameQuestion* question = frame.question()) spare_.keep(question->contents.release());
   frame.pass.give_back();
   frame.observer->answered(outcome);
 }
@@ -140,7 +141,15 @@ FrameOutcome Session::ask(AdmittedFrame& frame, FrameQuestion& asked) {
     return std::shared_ptr<const Answer>(std::move(answer));
   }
   answer->state = {frame.number, history_.now().revision, digest.value()};
-  return history_.finish(std::move(answer), std::move(asked));
+  return finish(std::move(answer), std::move(asked));
+}
+
+FrameOutcome Session::finish(std::shared_ptr<const Answer> answer, FrameContent content) noexcept {
+  std::optional<FrameContent> replaced(std::move(content));
+  const std::shared_ptr<const Answer>& finished = history_.finish(std::move(answer), replaced);
+  auto* const question = replaced ? std::get_if<FrameQuestion>(&*replaced) : nullptr;
+  if (question != nullptr) spare_.keep(question->contents.release());
+  return finished;
 }
 
 Outcome<std::shared_ptr<Answer>> Session::collide(const AdmittedFrame& frame, FrameQuestion& asked,
@@ -215,7 +224,7 @@ FrameOutcome Session::take_trial(std::uint64_t number, FrameCommit commit) {
   answer->state = {number, history_.now().revision, digest.value()};
   answer->state_before = history_.now();
   forecast_.stepped();
-  return history_.finish(std::move(answer), commit);
+  return finish(std::move(answer), commit);
 }
 
 }  // namespace warmfront::server

@@ -11,9 +11,9 @@ Fault out_of_place(std::string message) {
   return {ErrorCode::kFailedPrecondition, Reason::kProtocol, "StreamSteps: " + std::move(message)};
 }
 
-FrameAssembly::FrameAssembly(const Session& session, Gate& of_tenant, const Gate& of_daemon,
-                             std::uint64_t number)
-    : is_recorded_(session.companion() != nullptr),
+FrameAssembly::FrameAssembly(Session& session, Gate& of_tenant, const Gate& of_daemon, std::uint64_t number)
+    : spare_(session.spare_positions()),
+      is_recorded_(session.companion() != nullptr),
       number_(number),
       contents_(session.dtype(), *session.scene()),
       pass_(admit_frame(of_tenant, of_daemon, session.account(), contents_.expected_bytes())),
@@ -38,8 +38,13 @@ std::optional<Fault> FrameAssembly::refusal_of(const v1::StepFrame& further) con
   return std::nullopt;
 }
 
+void FrameAssembly::expect_positions() {
+  if (!std::exchange(has_positions_, true)) contents_.reuse(spare_.take());
+}
+
 void FrameAssembly::add(const StreamRequest& message) {
   if (!pass_.refused) {
+    if (!message.positions.empty()) expect_positions();
     static_cast<void>(contents_.append(message.positions));
     append(message.message.step(), contents_);
   }
@@ -49,6 +54,7 @@ void FrameAssembly::add(const StreamRequest& message) {
 }
 
 void FrameAssembly::add(const v1::StepRequest& message) {
+  if (!message.positions().empty()) expect_positions();
   append(message, contents_);
   if (!is_recorded_) return;
   v1::StepFrame part;

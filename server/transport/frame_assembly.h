@@ -22,7 +22,7 @@ class FrameAssembly {
  public:
   /// Admits the frame by the gates, with room for all that it may bring: pass().refused says why not.
   /// `session` outlives it.
-  FrameAssembly(const Session& session, Gate& of_tenant, const Gate& of_daemon, std::uint64_t number);
+  FrameAssembly(Session& session, Gate& of_tenant, const Gate& of_daemon, std::uint64_t number);
 
   std::uint64_t number() const { return number_; }
   FramePass& pass() { return pass_; }
@@ -43,9 +43,14 @@ class FrameAssembly {
   RecordedParts take_parts() { return std::move(parts_); }
 
  private:
+  /// Before a message's positions are appended.
+  void expect_positions();
+
+  SparePositions& spare_;
   const bool is_recorded_;
   const std::uint64_t number_;
   FrameBuffer contents_;
+  bool has_positions_ = false;
   FramePass pass_;
   Question question_;
   RecordedParts parts_;

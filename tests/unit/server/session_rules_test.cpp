@@ -21,6 +21,7 @@
 #include "server/session/id.h"
 #include "server/session/mailbox.h"
 #include "server/session/position_buffer.h"
+#include "server/session/spare_positions.h"
 #include "server/session/step_cost.h"
 #include "server/session/store.h"
 #include "tests/support/observers.h"
@@ -73,6 +74,48 @@ TEST(PositionBufferTest, EqualityIsBitwise) {
   ASSERT_TRUE(other.append({reinterpret_cast<const char*>(minus), 12}).ok());
   EXPECT_TRUE(same == zeros);
   EXPECT_FALSE(other == zeros);
+}
+
+TEST(PositionBufferTest, TakesTheMemoryOfOneThatIsDoneWhereItFits) {
+  const std::string bytes(24, 'a'), others(24, 'b');
+  const auto in_memory_of_one_with = [&](std::uint32_t vertices, Dtype dtype) {
+    PositionBuffer done(dtype, vertices);
+    EXPECT_TRUE(done.append(std::string(3 * vertices * server::size_of(dtype), 'x')).ok());
+    const char* const at = done.bytes().data();
+    PositionBuffer next(Dtype::kFloat64, 1);
+    next.reuse(done.release());
+    EXPECT_FALSE(next.complete().ok()) << "it is empty";
+    EXPECT_TRUE(next.append(bytes).ok());
+    EXPECT_EQ(next.bytes(), bytes);
+    PositionBuffer fresh(Dtype::kFloat64, 1);
+    EXPECT_TRUE(fresh.append(bytes).ok());
+    EXPECT_TRUE(next == fresh);
+    return next.bytes().data() == at;
+  };
+  EXPECT_TRUE(in_memory_of_one_with(1, Dtype::kFloat64));
+  EXPECT_FALSE(in_memory_of_one_with(2, Dtype::kFloat64)) << "too large";
+  EXPECT_FALSE(in_memory_of_one_with(1, Dtype::kFloat32));
+}
+
+TEST(SparePositionsTest, AreChargedWhileTheyAreKept) {
+  server::Budget budget(std::size_t{1} << 30);
+  const auto account = server::Account::open(budget, std::size_t{1} << 30, 0).value();
+  server::SparePositions spare(account);
+  const auto memory_of = [](std::uint32_t vertices) {
+    PositionBuffer done(Dtype::kFloat64, vertices);
+    EXPECT_TRUE(done.append(std::string(std::size_t{24} * vertices, 'x')).ok());
+    return done.release();
+  };
+  spare.keep(memory_of(10));
+  EXPECT_EQ(account->held(), 0U) << "too small to keep";
+  spare.keep(memory_of(20000));
+  EXPECT_EQ(account->held(), 480000U);
+  spare.keep(memory_of(30000));
+  spare.keep(memory_of(20000));
+  EXPECT_EQ(account->held(), 720000U) << "the largest";
+  EXPECT_EQ(spare.take().bytes(), 720000U);
+  EXPECT_EQ(account->held(), 0U);
+  EXPECT_EQ(spare.take().bytes(), 0U);
 }
 
 TEST(FrameSequenceTest, NextRepeatAndOutOfOrder) {
