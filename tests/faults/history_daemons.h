@@ -6,6 +6,8 @@
 #include <signal.h>
 
 #include <cstddef>
+#include <fstream>
+#include <sstream>
 #include <string>
 
 #include "tests/faults/daemon_process.h"
@@ -50,6 +52,18 @@ class TwoDaemons {
     thaw(0);
     thaw(1);
   }
+  /// Whether clients are offered memory to share with the daemon in use.
+  void share_memory(bool shared) {
+    offers_memory_ = shared;
+    proxy_.share_memory(shared);
+  }
+  bool offers_memory() const { return offers_memory_; }
+  /// Does the daemon in use share memory with anybody?
+  bool shares_memory() const {
+    std::stringstream maps;
+    maps << std::ifstream("/proc/" + std::to_string(daemons_[in_use_].pid()) + "/maps").rdbuf();
+    return maps.str().find("/memfd:") != std::string::npos;
+  }
   void lose_answers() { proxy_.lose_answers(); }
 
  private:
@@ -62,6 +76,7 @@ class TwoDaemons {
   DaemonProcess daemons_[2];
   bool frozen_[2] = {false, false};
   std::size_t in_use_ = 0;
+  bool offers_memory_ = false;
   SwitchProxy proxy_{{daemons_[0].socket().substr(5), daemons_[1].socket().substr(5)}};
 };
 

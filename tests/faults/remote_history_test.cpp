@@ -61,6 +61,7 @@ class RemoteHistory {
         session_(driver, testing::draw_state(draws_), draw_options(draws_), TwoDaemons::kFewContacts) {
     daemons().thaw();
     expect_right(session_.create());
+    if (daemons().offers_memory() && !daemons().shares_memory()) expect_right("no memory is shared");
   }
 
   void take(const RemoteCommand& command) {
@@ -292,9 +293,28 @@ TEST(RemoteHistory, OfTheCppClientIsWhatWasAccepted) {
   check_histories("C++", *drive_cpp(daemons().address()));
 }
 
+/// Positions and answers go through memory that a client shares with the daemon.
+class SharedMemory {
+ public:
+  SharedMemory() { daemons().share_memory(true); }
+  ~SharedMemory() { daemons().share_memory(false); }
+  SharedMemory(const SharedMemory&) = delete;
+  SharedMemory& operator=(const SharedMemory&) = delete;
+};
+
+TEST(RemoteHistory, OfTheCppClientIsWhatWasAcceptedThroughSharedMemory) {
+  const SharedMemory shared;
+  check_histories("C++, shared memory", *drive_cpp(daemons().address()));
+}
+
 #ifdef WARMFRONT_PYTHON
 TEST(RemoteHistory, OfThePythonClientIsWhatWasAccepted) {
   check_histories("Python", *drive_python(daemons().address()));
+}
+
+TEST(RemoteHistory, OfThePythonClientIsWhatWasAcceptedThroughSharedMemory) {
+  const SharedMemory shared;
+  check_histories("Python, shared memory", *drive_python(daemons().address()));
 }
 #endif
 

@@ -10,7 +10,10 @@
 
 #include <array>
 #include <cstring>
+#include <filesystem>
 #include <utility>
+
+#include "proto/wire/shared_columns.h"
 
 namespace warmfront::test {
 namespace {
@@ -67,9 +70,23 @@ void SwitchProxy::wake() {
   EXPECT_EQ(::write(wake_[1], "w", 1), 1);
 }
 
+void SwitchProxy::place_link() {
+  namespace fs = std::filesystem;
+  const fs::path link = address().substr(5) + wire::kSharedMemorySuffix;
+  fs::remove(link);
+  if (shares_memory_) fs::create_symlink(targets_[target_] + wire::kSharedMemorySuffix, link);
+}
+
+void SwitchProxy::share_memory(bool shared) {
+  const std::lock_guard lock(mutex_);
+  shares_memory_ = shared;
+  place_link();
+}
+
 void SwitchProxy::lead_to(std::size_t target) {
   std::unique_lock lock(mutex_);
   target_ = target;
+  place_link();
   lose_answers_ = false;
   cut_ = true;
   wake();

@@ -27,6 +27,10 @@ class SwitchProxy {
   /// unix:PATH.
   std::string address() const;
 
+  /// Whether clients find beside address() the socket at which the target that is led to shares memory
+  /// (proto/README.md). What goes over that goes by no proxy: it is not lost, and ends with its stream.
+  void share_memory(bool shared);
+
   /// Ends all connections; new ones go to `target`. Returns when the old ones are closed.
   void lead_to(std::size_t target);
   /// From now on drops the daemons' data, until the next lead_to(): answers are lost in transit.
@@ -48,6 +52,7 @@ class SwitchProxy {
   bool forward(const Connection& connection, bool from_client);
   void close_all();
   void wake();
+  void place_link();
 
   const TemporaryFolder folder_;
   const std::vector<std::string> targets_;
@@ -58,6 +63,7 @@ class SwitchProxy {
   std::condition_variable changed_;
   // Under mutex_.
   std::size_t target_ = 0;
+  bool shares_memory_ = false;
   bool lose_answers_ = false;
   Way end_way_ = Way::kToDaemon;
   long bytes_left_ = -1;  // before that end
