@@ -121,9 +121,9 @@ class SharedVertices {
   std::uint64_t among_more(std::uint32_t owner, std::uint32_t other) const;
 
   class Places;
-  void list(const Scene& scene, const Places& places, std::span<const std::uint8_t> vertices,
-            std::span<const std::uint8_t> rows, StopSignal stop);
-  void list_vertex(std::span<const std::uint32_t> places, std::span<const std::uint8_t> rows);
+  void list_vertex(const Scene& scene, const Places& places, std::uint32_t v,
+                   std::span<const std::uint8_t> rows);
+  void list_around(std::span<const std::uint32_t> places, std::span<const std::uint8_t> rows);
   void finish(std::span<const std::span<const Primitive>> blocks, std::span<const std::uint8_t> rows);
   void add(std::uint32_t owner, std::uint32_t other, std::uint64_t pairs);
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -20,10 +21,12 @@ class TopologyReplacement {
   /// Of a part that is not as it was: what its hierarchy is made by.
   struct NewPart {
     const ReplacedBodies::Piece* piece = nullptr;
-    std::span<const double> positions;  ///< in the order that the user gave its vertices
+    std::function<std::vector<double>()> positions;  ///< in the order that the user gave its vertices
     std::vector<GivenVertex>
         given_vertices;  ///< where it keeps them: theirs by new number, from 0; else empty
     bool tests_itself = false;
+    /// Where it keeps its vertices and has changed locally, from what the topology has: that is used up.
+    LocalChange* change = nullptr;
     HeldOrder held = {};  ///< where it keeps its vertices: the hierarchy to keep if it has changed locally
   };
 
@@ -64,14 +67,14 @@ class TopologyReplacement {
     PartTopology part;
     Renumbering numbering;
     Scene scene;
-    std::unique_ptr<Ownership> ownership;
+    std::unique_ptr<Ownership> ownership;  // or what changes of it
+    std::optional<LocalChange> change;
+    std::optional<Ownership::Changed> owners_changed;
     Patches patches;
     std::uint64_t more_adjacent_pairs = 0;  // than the part had before, modulo 2^64
     bool keeps_hierarchy = false;
   };
-  std::optional<LocalChange> local_change(const NewPart& from, StopSignal stop) const;
-  std::uint64_t more_adjacent_pairs(const Made& made, std::uint32_t index, const LocalChange* change,
-                                    StopSignal stop) const;
+  std::uint64_t more_adjacent_pairs(const Made& made, std::uint32_t index, StopSignal stop) const;
   void make(const NewPart& from, Made& made, StopSignal stop) const;
   void place_parts();
   void join(std::span<const std::uint32_t> face_rank, StopSignal stop);

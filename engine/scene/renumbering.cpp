@@ -102,16 +102,19 @@ void Renumbering::extend(const Scene& scene, std::span<const Primitive> order, S
     new_vertex_[vertex] = NewVertex{static_cast<std::uint32_t>(given_vertex_.size())};
     given_vertex_.push_back(GivenVertex{vertex});
   };
+  const bool all_met = given_vertex_.size() == scene.vertex_count();
   PacedStop paced(stop);
   for (const Primitive primitive : order) {
     paced.check();
     if (!is_face(primitive)) {
+      if (all_met) continue;
       for (const std::uint32_t vertex : primitive_vertices(scene, primitive)) meet(vertex);
       continue;
     }
     const std::uint32_t face = face_number(primitive);
     new_face_[face] = NewFace{static_cast<std::uint32_t>(given_face_.size())};
     given_face_.push_back(GivenFace{face});
+    if (all_met) continue;
     for (const std::uint32_t vertex : scene.faces()[face]) meet(vertex);
   }
 }

@@ -11,7 +11,7 @@
 #include <set>
 
 #include "engine/bvh/kept_order.h"
-#include "engine/bvh/topology.h"
+#include "engine/bvh/topology_replacement.h"
 #include "engine/collider.h"
 #include "engine/scene/adjacency.h"
 #include "tests/support/scenes.h"
@@ -60,100 +60,199 @@ void change_locally(Faces& faces, Edges& edges, std::mt19937& random) {
         break;
     }
   }
+  if (below(5) == 0) faces.push_back({faces[at][0], faces[at][0], faces[at][1]});
   if (below(3) == 0) edges.push_back({faces[at][0], static_cast<std::int32_t>(kVertices - 1 - below(3))});
   if (below(4) == 0 && !edges.empty()) edges.erase(edges.begin());
 }
 
-struct Body {
-  Body(const Faces& faces, const Edges& edges)
-      : given(scene_of(faces, edges)), motion(at), topology(given, motion, 64, false) {
-    topology.need_adjacent(PartId{0});
-  }
-  const PartTopology& part() const { return topology.parts[0]; }
+template <class T>
+void expect_same(std::span<const T> one, std::span<const T> other, const char* what) {
+  EXPECT_TRUE(std::ranges::equal(one, other)) << what;
+}
+void expect_same(const Csr& one, const Csr& other, const char* what) {
+  EXPECT_EQ(one.begin, other.begin) << what;
+  EXPECT_EQ(one.items, other.items) << what;
+}
+void expect_same(const Scene& one, const Scene& other) {
+  EXPECT_EQ(one.vertex_count(), other.vertex_count());
+  EXPECT_EQ(one.body_count(), other.body_count());
+  expect_same(one.faces(), other.faces(), "faces");
+  expect_same(one.edges(), other.edges(), "edges");
+  expect_same(one.face_edges(), other.face_edges(), "face_edges");
+  expect_same(one.vertex_faces(), other.vertex_faces(), "vertex_faces");
+  expect_same(one.edge_faces(), other.edge_faces(), "edge_faces");
+  expect_same(one.lone_edges(), other.lone_edges(), "lone_edges");
+  expect_same(one.isolated_vertices(), other.isolated_vertices(), "isolated_vertices");
+  expect_same(one.body_of_vertex(), other.body_of_vertex(), "body_of_vertex");
+  expect_same(one.vertex_thickness(), other.vertex_thickness(), "thickness");
+  for (std::uint32_t v = 0; v < one.vertex_count(); ++v)
+    ASSERT_TRUE(std::ranges::equal(one.lone_edges_of(v), other.lone_edges_of(v))) << v;
+}
 
-  std::vector<double> at = sheet();
-  Scene given;
-  Motion motion;
-  Topology topology;
+// The sheet between two others, which do not change.
+constexpr std::uint32_t kBody = 1;
+constexpr std::uint32_t kFirst = 16;
+
+SceneDescription three_bodies(const Faces& faces, const Edges& edges) {
+  SceneDescription description{kFirst + kVertices + 16,
+                               grid(3),
+                               {{"", 0, kFirst}, {"", kFirst, kVertices}, {"", kFirst + kVertices, 16}}};
+  const auto add = [&](const Faces& more, std::uint32_t first) {
+    const auto shift = static_cast<std::int32_t>(first);
+    for (const auto& face : more)
+      description.faces.push_back({face[0] + shift, face[1] + shift, face[2] + shift});
+  };
+  add(faces, kFirst);
+  add(grid(3), kFirst + kVertices);
+  for (const auto& edge : edges) description.edges.push_back({edge[0] + 16, edge[1] + 16});
+  return description;
+}
+std::vector<double> three_sheets() {
+  std::vector<double> positions = sheet();
+  std::vector<double> small;
+  for (int v = 0; v < 16; ++v) small.insert(small.end(), {1.0 * (v / 4), 1.0 * (v % 4), 5.0});
+  positions.insert(positions.begin(), small.begin(), small.end());
+  positions.insert(positions.end(), small.begin(), small.end());
+  return positions;
+}
+Scene made(const SceneDescription& description) {
+  return Scene::create(description).value();
+}
+
+// The edit that changes make of a scene, and what it says of the sheet.
+struct Edit {
+  Edit(const Scene& before, const Faces& faces, const Edges& edges) {
+    std::vector<SceneChange> changes;
+    changes.emplace_back(ReplaceElements{kBody, faces, edges});
+    std::size_t failed = 0;
+    after = before.with_changes(changes, failed, {}, &replaced).value();
+  }
+  ReplacedBodies::Piece& piece() { return replaced.pieces.front(); }
+
+  ReplacedBodies replaced;
+  Scene after;
 };
 
-TEST(LocalChange, WhatIsReusedEqualsWhatWouldBeRebuilt) {
-  std::mt19937 random(7);
-  int kept_hierarchies = 0;
-  for (int trial = 0; trial < 60; ++trial) {
-    Faces faces = grid(kSide);
-    Edges edges{{3, static_cast<std::int32_t>(kVertices) - 3}};
-    const Body before(faces, edges);
+TEST(LocalChange, ASceneMadeOfWhatItWasIsTheOneCreated) {
+  std::mt19937 random(5);
+  Faces faces = grid(kSide);
+  Edges edges{{3, static_cast<std::int32_t>(kVertices) - 3}};
+  for (int trial = 0; trial < 200; ++trial) {
+    if (trial % 20 == 0) faces = grid(kSide);
+    const Scene before = made(three_bodies(faces, edges));
     change_locally(faces, edges, random);
-    const Scene alone = scene_of(faces, edges);
-    const MeshRange range = before.part().range();
-    const auto given_vertices = before.topology.numbering.given_vertices();
-    std::optional<LocalChange> change =
-        find_local_change(before.topology.scene, before.topology.numbering, range, alone, given_vertices, {});
-    ASSERT_TRUE(change.has_value());
-    const std::optional<KeptOrder> kept =
-        keep_order({before.part().shape, before.part().order, before.part().shared}, before.topology.scene,
-                   range, alone, given_vertices, *change, {});
-    if (!kept) continue;
-    ++kept_hierarchies;
-    // Each primitive once, none of the blocks empty or too full.
-    std::set<Primitive> all(kept->order.begin(), kept->order.end());
-    ASSERT_EQ(all.size(), kept->order.size());
-    ASSERT_EQ(all.size(), alone.element_count() + alone.isolated_vertices().size());
-    ASSERT_EQ(kept->shape.leaf_count(), before.part().shape.leaf_count());
-    for (BlockId b{0}; b < kept->shape.end_block(); ++b) {
-      EXPECT_GE(kept->shape.size_of_block(b), 1u);
-      EXPECT_LE(kept->shape.size_of_block(b), 8u);
-    }
-    EXPECT_LT(std::ranges::count(kept->changed, 1), 20);
+    Edit edit(before, faces, edges);
+    ASSERT_TRUE(edit.piece().change.has_value());
+    expect_same(edit.piece().alone, scene_of(faces, edges));
+    expect_same(edit.after, made(three_bodies(faces, edges)));
+  }
+}
 
-    Renumbering numbering({given_vertices.begin(), given_vertices.end()});
-    numbering.extend(alone, kept->order);
-    Scene scene;
-    numbering.extend(alone, scene);
-    change->renumber(numbering, {});
-    const Orphans followed = enumerate_orphans(scene, before.part().orphans, range, *change, {});
-    const Orphans anew = enumerate_orphans(scene);
-    EXPECT_EQ(followed.vertex_face, anew.vertex_face);
-    EXPECT_EQ(followed.edge_edge, anew.edge_edge);
-    std::vector<Primitive> order = kept->order;
-    for (Primitive& p : order) p = numbering.apply(p);
-    EXPECT_EQ(*shared_vertices(scene, kept->shape, order, *before.part().shared, kept->changed, {}),
-              *shared_vertices(scene, kept->shape, order));
-    std::vector<std::uint8_t> at(change->near.size());
-    std::ranges::transform(change->near, at.begin(),
-                           [](auto near) { return near == LocalChange::Near::kAt; });
-    EXPECT_EQ(before.topology.adjacent_pairs + count_adjacent_pairs_at(scene, whole(scene), at) -
-                  count_adjacent_pairs_at(before.topology.scene, range.features, at),
-              count_adjacent_pairs(scene));
-    const Ownership owners(scene, before.topology.ownership, range, *change, {}), owners_anew(scene);
-    for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
-      for (std::uint32_t g = f + 1; g < scene.face_count(); ++g) {
-        if (adjacent(scene.faces()[f], scene.faces()[g])) continue;
-        const auto one = owners.candidates(f, g), other = owners_anew.candidates(f, g);
-        ASSERT_EQ(one.owned, other.owned);
-        ASSERT_EQ(one.perhaps, other.perhaps);
-      }
+void expect_owners_of(const Ownership& owners, const Scene& scene) {
+  const Ownership anew(scene);
+  for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
+    for (std::uint32_t g = f + 1; g < scene.face_count(); ++g) {
+      if (adjacent(scene.faces()[f], scene.faces()[g])) continue;
+      const auto one = owners.candidates(f, g), other = anew.candidates(f, g);
+      ASSERT_EQ(one.owned, other.owned);
+      ASSERT_EQ(one.perhaps, other.perhaps);
     }
   }
-  EXPECT_GT(kept_hierarchies, 30);
+}
+
+// What a topology derives from its scene, against what it would from scratch in the same order.
+void expect_derived(const Topology& topology, const Scene& given) {
+  std::vector<Primitive> order;
+  for (const PartTopology& part : topology.parts) {
+    for (const Primitive p : part.order)
+      order.push_back(
+          is_face(p) ? primitive_of_face(number_of(topology.numbering.given(NewFace{face_number(p)})))
+          : is_point(p)
+              ? primitive_of_vertex(number_of(topology.numbering.given(NewVertex{vertex_number(p)})))
+              : p);
+  }
+  std::set<Primitive> all(order.begin(), order.end());
+  EXPECT_EQ(all.size(), order.size());
+  EXPECT_EQ(all.size(), given.element_count() + given.isolated_vertices().size());
+  const auto vertices = topology.numbering.given_vertices();
+  Renumbering numbering({vertices.begin(), vertices.end()});
+  numbering.extend(given, order);
+  Scene scene;
+  numbering.extend(given, scene);
+  expect_same(topology.scene, scene);
+  EXPECT_EQ(topology.adjacent_pairs, count_adjacent_pairs(scene));
+  for (const PartTopology& part : topology.parts) {
+    for (BlockId b{0}; b < part.shape.end_block(); ++b) {
+      EXPECT_GE(part.shape.size_of_block(b), 1u);
+      EXPECT_LE(part.shape.size_of_block(b), 8u);
+    }
+    if (!part.has_adjacent) continue;
+    const Orphans anew = enumerate_orphans(scene, part.features);
+    EXPECT_EQ(part.orphans.vertex_face, anew.vertex_face);
+    EXPECT_EQ(part.orphans.edge_edge, anew.edge_edge);
+    EXPECT_EQ(*part.shared, *shared_vertices(scene, part.shape, part.order));
+  }
+}
+
+// Changes one upon another, with the hierarchy that the topology has, or, every third, another one, as parts
+// that have become loose get: then faces change their order.
+TEST(LocalChange, WhatIsTakenOverEqualsWhatWouldBeMadeAnew) {
+  std::mt19937 random(7);
+  Faces faces = grid(kSide);
+  Edges edges{{3, static_cast<std::int32_t>(kVertices) - 3}};
+  const std::vector<double> positions = three_sheets();
+  int kept_hierarchies = 0;
+  for (int trial = 0; trial < 12; ++trial) {
+    faces = grid(kSide);
+    Scene given = made(three_bodies(faces, edges));
+    const Motion motion(positions);
+    Topology topology(given, motion, 64, false);
+    topology.need_adjacent(PartId{kBody});
+    for (int change = 0; change < 6; ++change) {
+      change_locally(faces, edges, random);
+      Edit edit(given, faces, edges);
+      ASSERT_TRUE(edit.piece().change.has_value());
+      const PartTopology& part = topology.parts[kBody];
+      TopologyReplacement::NewPart from;
+      from.piece = &edit.piece();
+      from.change = &*edit.piece().change;
+      from.tests_itself = true;
+      for (std::uint32_t v = part.features.first_vertex; v < part.features.end_vertex; ++v)
+        from.given_vertices.push_back(
+            GivenVertex{number_of(topology.numbering.given(NewVertex{v})) - part.features.first_vertex});
+      const std::vector<double> own(positions.begin() + 3 * kFirst,
+                                    positions.begin() + 3 * (kFirst + kVertices));
+      from.positions = [&] { return own; };
+      std::vector<Primitive> rearranged = part.order;
+      if (change % 3 == 2) {
+        std::ranges::shuffle(rearranged, random);
+        from.held = {part.shape, rearranged, shared_vertices(topology.scene, part.shape, rearranged)};
+      } else {
+        from.held = {part.shape, part.order, part.shared};
+      }
+      TopologyReplacement replacement(topology, std::span(&from, 1), {}, {});
+      kept_hierarchies += replacement.keeps_hierarchy(PartId{kBody}) ? 1 : 0;
+      replacement.take();
+      given = std::move(edit.after);
+      ASSERT_NO_FATAL_FAILURE(expect_derived(topology, given));
+      if (change % 3 == 2) expect_owners_of(topology.ownership, topology.scene);
+    }
+  }
+  EXPECT_GT(kept_hierarchies, 50);
 }
 
 TEST(LocalChange, ManyChangedFacesAreNoLocalChange) {
-  const Body before(grid(kSide), {});
+  const Scene before = scene_of(grid(kSide), {});
   Faces faces = grid(kSide);
   for (std::size_t f = 0; f < faces.size(); f += 4) std::swap(faces[f][0], faces[f][1]);
-  EXPECT_FALSE(find_local_change(before.topology.scene, before.topology.numbering, before.part().range(),
-                                 scene_of(faces, {}), before.topology.numbering.given_vertices(), {}));
+  EXPECT_FALSE(find_local_change(before, all_of(before), faces, {}, {}));
 }
 
 TEST(LocalChange, FacesThatChangedPlacesKeepTheOrderOfMost) {
-  const Body before(grid(kSide), {});
+  const Scene before = scene_of(grid(kSide), {});
   Faces faces = grid(kSide);
   std::swap(faces[10], faces[700]);
-  const auto change =
-      find_local_change(before.topology.scene, before.topology.numbering, before.part().range(),
-                        scene_of(faces, {}), before.topology.numbering.given_vertices(), {});
+  const auto change = find_local_change(before, all_of(before), faces, {}, {});
   ASSERT_TRUE(change.has_value());
   EXPECT_EQ(std::ranges::count(change->face_before, LocalChange::kNone), 2);
 }
