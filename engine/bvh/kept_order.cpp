@@ -150,7 +150,8 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     const Face vertices = primitive_vertices(alone, p);
     std::uint32_t block = count;
     for (const std::uint32_t v : vertices) {
-      if (has_room(block_of_vertex[before_of(v)])) block = block_of_vertex[before_of(v)];
+      const std::uint32_t b = block_of_vertex[before_of(v)];
+      if (has_room(b) && (block == count || blocks[b].count < blocks[block].count)) block = b;
     }
     if (block == count) block = nearest(block_of_vertex[before_of(vertices[0])], count, has_room);
     if (block == count) return false;

@@ -83,6 +83,11 @@ class SharedVertices {
   bool has_place(BlockId a, BlockId b) const {
     return place_in_row(number_of(std::min(a, b)), number_of(std::max(a, b))) != kNone;
   }
+  /// Does for_neighbours(a) visit the same blocks, in the same order, for another one of as many?
+  bool has_same_row(BlockId a, const SharedVertices& other) const {
+    const auto first = others_.begin() + std::ptrdiff_t{kRow} * number_of(a);
+    return std::equal(first, first + kRow, other.others_.begin() + std::ptrdiff_t{kRow} * number_of(a));
+  }
   /// Does the block have a vertex that was left out?
   bool crowded(BlockId block) const { return !crowded_.empty() && crowded_[number_of(block)] != 0; }
 

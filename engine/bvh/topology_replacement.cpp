@@ -123,6 +123,7 @@ void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop)
   else
     made.ownership = std::make_unique<Ownership>(made.scene);
   made.more_adjacent_pairs = more_adjacent_pairs(made, index, stop);
+  if (kept) made.changed_blocks = std::move(kept->changed);
   if (!from.tests_itself) return;
   if (change && topology_.parts[index].has_adjacent)
     part.orphans = enumerate_orphans(made.scene, topology_.parts[index].orphans, before, *change, stop);
@@ -130,7 +131,7 @@ void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop)
     part.orphans = enumerate_orphans(made.scene, part.features, stop);
   part.shared =
       kept && from.held.shared != nullptr
-          ? shared_vertices(made.scene, part.shape, part.order, *from.held.shared, kept->changed, stop)
+          ? shared_vertices(made.scene, part.shape, part.order, *from.held.shared, made.changed_blocks, stop)
           : shared_vertices(made.scene, part.shape, part.order, stop);
   part.has_adjacent = true;
 }

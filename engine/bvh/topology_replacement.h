@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/bvh/kept_order.h"
@@ -45,6 +46,10 @@ class TopologyReplacement {
   bool is_new(PartId part) const { return new_of_[number_of(part)] != kOld; }
   /// Of a new part: has it, of a hierarchy that was given, what is left in the blocks that it was in?
   bool keeps_hierarchy(PartId part) const { return made_[new_of_[number_of(part)]]->keeps_hierarchy; }
+  /// By block of such a hierarchy: does it hold something else? To be taken once.
+  std::vector<std::uint8_t> changed_blocks(PartId part) {
+    return std::move(made_[new_of_[number_of(part)]]->changed_blocks);
+  }
   /// Of a part that is as it was.
   NumberShift shift(PartId part) const { return shifts_[number_of(part)]; }
   /// Of new parts, where they test themselves, in numbers of their own.
@@ -73,6 +78,7 @@ class TopologyReplacement {
     Patches patches;
     std::uint64_t more_adjacent_pairs = 0;  // than the part had before, modulo 2^64
     bool keeps_hierarchy = false;
+    std::vector<std::uint8_t> changed_blocks;
   };
   std::uint64_t more_adjacent_pairs(const Made& made, std::uint32_t index, StopSignal stop) const;
   void make(const NewPart& from, Made& made, StopSignal stop) const;

@@ -17,11 +17,19 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, ReplacedBodies&
       new_parts_(new_parts(scene, replaced, positions, held, stop)),
       topology_(*core.topology, new_parts_, replaced.face_rank, stop) {
   changes_.reserve(topology_.part_count());
-  for (std::uint32_t p = 0; p < topology_.part_count(); ++p)
-    changes_.push_back(
-        topology_.is_new(PartId{p})
-            ? PartChange{.is_new = true, .keeps_hierarchy = topology_.keeps_hierarchy(PartId{p})}
-            : PartChange{.shift = topology_.shift(PartId{p})});
+  for (std::uint32_t p = 0; p < topology_.part_count(); ++p) {
+    const PartId part{p};
+    PartChange& change = changes_.emplace_back();
+    change.is_new = topology_.is_new(part);
+    if (!change.is_new) {
+      change.shift = topology_.shift(part);
+      continue;
+    }
+    change.keeps_hierarchy = topology_.keeps_hierarchy(part);
+    if (change.keeps_hierarchy &&
+        topology_.ranges()[p].features.first_vertex == core.topology->parts[p].features.first_vertex)
+      change.changed_blocks = topology_.changed_blocks(part);
+  }
   for (const ReplacedBodies::Piece& piece : replaced.pieces)
     changes_[piece.body].keeps_vertices = piece.keeps_vertices();
   make_motion(scene, replaced, stop);

@@ -21,6 +21,8 @@ struct PartChange {
   bool keeps_vertices = false;   ///< likewise: elements alone are others
   bool keeps_hierarchy = false;  ///< of one that is new: its hierarchy is that of what is left of it
   NumberShift shift = {};        ///< of one that is as it was
+  /// Of one that keeps its hierarchy, and the numbers of its vertices: by block, does it hold something else?
+  std::vector<std::uint8_t> changed_blocks = {};
 };
 
 class CoreReplacement {
@@ -37,7 +39,7 @@ class CoreReplacement {
   /// The core is this one from now on, except for its scene.
   void take(const Scene& scene) noexcept;
   /// By part.
-  std::span<const PartChange> changes() const { return changes_; }
+  std::span<PartChange> changes() { return changes_; }
 
  private:
   std::vector<TopologyReplacement::NewPart> new_parts(const Scene& scene, ReplacedBodies& replaced,

@@ -322,7 +322,7 @@ TEST(LocalChange, TenThousandChangesLeaveASceneAsLargeAsTen) {
     }
     if (i == 48) after_some = collider.memory_bytes();
   }
-  EXPECT_LT(collider.memory_bytes(), after_some + after_some / 20);
+  EXPECT_LT(collider.memory_bytes(), after_some + after_some / 10);
   EXPECT_TRUE(collider.self_check().ok());
 }
 
