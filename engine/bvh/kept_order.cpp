@@ -28,6 +28,12 @@ struct Block {
     *std::find(held.begin(), held.begin() + size, kNoPrimitive) = p;
     ++count;
   }
+  Primitive take_first() {
+    Primitive& first =
+        *std::find_if(held.begin(), held.begin() + size, [](Primitive p) { return p != kNoPrimitive; });
+    --count;
+    return std::exchange(first, kNoPrimitive);
+  }
   Primitive take_last() {
     while (held[size - 1] == kNoPrimitive) --size;
     --count;
@@ -166,7 +172,8 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     const std::uint32_t from =
         nearest(b, count, [&](std::uint32_t other) { return blocks[other].count > 1; });
     if (from == count) return std::nullopt;
-    blocks[b].add(blocks[from].take_last());
+    // The one next to it, so that faces keep their order.
+    blocks[b].add(from > b ? blocks[from].take_first() : blocks[from].take_last());
     changed[b] = changed[from] = 1;
   }
   KeptOrder kept;

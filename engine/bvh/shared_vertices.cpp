@@ -260,6 +260,11 @@ std::uint64_t SharedVertices::among_more(std::uint32_t owner, std::uint32_t othe
   return pairs;
 }
 
+void list_changed_rows(const SharedVertices& before, const SharedVertices& now,
+                       std::span<std::uint8_t> blocks) {
+  for (std::uint32_t b = 0; b < blocks.size(); ++b) blocks[b] |= now.has_same_row(BlockId{b}, before) ? 0 : 1;
+}
+
 namespace {
 
 std::vector<std::span<const Primitive>> blocks_of(const TreeShape& shape, std::span<const Primitive> order) {

@@ -140,6 +140,11 @@ class SharedVertices {
   std::vector<std::uint8_t> crowded_;   // by block; empty if none is
 };
 
+/// Marks the blocks, of the same number of them, that share vertices with others than before: what is known
+/// of their neighbours is of others.
+void list_changed_rows(const SharedVertices& before, const SharedVertices& now,
+                       std::span<std::uint8_t> blocks);
+
 /// Those of a hierarchy of this shape and order; null where it has no blocks. Throws Stopped when told to
 /// stop.
 std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,

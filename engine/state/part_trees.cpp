@@ -40,13 +40,11 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
   const auto change_tree = [&](std::size_t p) {
     if (changed_[p].empty()) return;
     if (core.model.is_removed(PartId{static_cast<std::uint32_t>(p)})) return changed_[p].clear();
-    // What lists others than before is another one, too.
-    const auto& before = trees_[p].leaves.shared;
-    for (BlockId b{0}; b < parts[p].shape.end_block(); ++b) {
-      if (before == nullptr && parts[p].shared == nullptr) break;
-      if (before == nullptr || parts[p].shared == nullptr || !before->has_same_row(b, *parts[p].shared))
-        changed_[p][number_of(b)] = 1;
-    }
+    const SharedVertices* const before = trees_[p].leaves.shared.get();
+    if (before != nullptr && parts[p].shared != nullptr)
+      list_changed_rows(*before, *parts[p].shared, changed_[p]);
+    else if (before != parts[p].shared.get())
+      std::ranges::fill(changed_[p], std::uint8_t{1});
     trees_[p].change(scene, parts[p].shape, parts[p].order, parts[p].shared, changed_[p], stop);
     trees_[p].patches = patches_of(core, trees_[p], stop);
   };
