@@ -52,6 +52,8 @@ bool is_marked(std::span<const std::uint8_t> marks, std::size_t at) {
 /// And their vertices' range.
 class SharedVertices::Places {
  public:
+  struct AllOf {};  // the scene
+
   std::uint32_t first_vertex = kNowhere;
   std::uint32_t end_vertex = 0;
   PlacesOf<NewFace> faces;
@@ -69,13 +71,30 @@ class SharedVertices::Places {
     });
     faces.make_room(stop);
     segments.make_room(stop);
+    put(blocks, stop);
+  }
+  // Of all primitives of a scene.
+  Places(const Scene& scene, std::span<const std::span<const Primitive>> blocks, AllOf /*of*/,
+         StopSignal stop)
+      : first_vertex(0), end_vertex(scene.vertex_count()) {
+    if (scene.face_count() > 0) {
+      faces.widen(NewFace{0});
+      faces.widen(NewFace{scene.face_count() - 1});
+    }
+    for (const EdgeId e : lone_edges(scene)) segments.widen(e);
+    faces.make_room(stop);
+    segments.make_room(stop);
+    put(blocks, stop);
+  }
+
+ private:
+  void put(std::span<const std::span<const Primitive>> blocks, StopSignal stop) {
+    PacedStop paced(stop);
     for_each(blocks, [&](Primitive p, std::uint32_t at) {
       paced.check();
       of_kind(p, [at](auto& places, auto id) { places.of(id) = at; });
     });
   }
-
- private:
   template <class Visit>
   void of_kind(Primitive p, Visit&& visit) {
     if (is_face(p))
@@ -124,17 +143,16 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   for (const More& more : before.more_) {
     if (changed[more.other] != 0) rows[more.owner] = 1;
   }
-  const Places places(scene, blocks, stop);
-  std::vector<std::uint8_t> marked;  // by vertex of these
-  lengthen(marked, places.end_vertex - std::min(places.first_vertex, places.end_vertex), std::uint8_t{0},
-           stop);
+  const Places places(scene, blocks, Places::AllOf{}, stop);
+  std::vector<std::uint8_t> marked;  // by vertex
+  lengthen(marked, scene.vertex_count(), std::uint8_t{0}, stop);
   std::vector<std::uint32_t> vertices;
   PacedStop paced(stop, 256);
   const auto mark_vertices = [&](std::size_t b) {
     for (const Primitive p : blocks[b]) {
-      if (is_point(p)) continue;  // these share no vertex, and theirs may be beyond all others
+      if (is_point(p)) continue;  // these share no vertex
       for (const std::uint32_t v : primitive_vertices(scene, p)) {
-        if (std::exchange(marked[v - places.first_vertex], std::uint8_t{1}) == 0) vertices.push_back(v);
+        if (std::exchange(marked[v], std::uint8_t{1}) == 0) vertices.push_back(v);
       }
     }
   };

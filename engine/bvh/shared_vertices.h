@@ -53,8 +53,9 @@ class SharedVertices {
   SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
                  StopSignal stop = {});
 
-  /// The same where some are as they were in `before`, of which only the blocks marked hold something else,
-  /// or in other slots. Vertices have the numbers that they had, but for where these begin.
+  /// The same of all of `scene`, where some are as they were in `before`, of which only the blocks marked
+  /// hold something else, or in other slots. Vertices have the numbers that they had, but for where these
+  /// begin.
   SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
                  const SharedVertices& before, std::span<const std::uint8_t> changed, StopSignal stop);
   /// Can another one be made from this one? Not where a block is crowded().
