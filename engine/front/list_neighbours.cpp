@@ -117,26 +117,23 @@ class SubtreeLists {
   std::vector<LeafId> leaf_of_;  // by block
 };
 
-// Of pairs of blocks that have not changed, as they were before.
-void take_budgets(ListOfSubtree& own, std::span<const NeighbourPair> within,
-                  std::span<const NeighbourPair> across, std::span<const std::uint8_t> changed_blocks) {
+// Of pairs of blocks that have not changed, as they were before: but for filters these come in the same
+// order.
+void take_budgets(std::vector<NeighbourPair>& pairs, std::span<const NeighbourPair> before,
+                  std::span<const std::uint8_t> changed_blocks) {
   const auto stays = [&](const NeighbourPair& pair) {
     return (changed_blocks[number_of(pair.a)] | changed_blocks[number_of(pair.b)]) == 0;
   };
-  const auto key = [](const NeighbourPair& pair) {
-    return std::uint64_t{number_of(pair.a)} << 32 | number_of(pair.b);
-  };
-  std::vector<NeighbourPair> before;
-  before.reserve(within.size() + across.size());
-  std::ranges::copy_if(within, std::back_inserter(before), stays);
-  std::ranges::copy_if(across, std::back_inserter(before), stays);
-  std::ranges::sort(before, {}, key);
-  for (std::vector<NeighbourPair>* const pairs : {&own.within.pairs, &own.pairs}) {
-    for (NeighbourPair& pair : *pairs) {
-      if (!stays(pair)) continue;
-      const auto at = std::ranges::lower_bound(before, key(pair), {}, key);
-      if (at != before.end() && key(*at) == key(pair)) pair.budget = at->budget;
-    }
+  auto next = before.begin();
+  for (NeighbourPair& pair : pairs) {
+    if (!stays(pair)) continue;
+    const auto is_same = [&](const NeighbourPair& other) { return other.a == pair.a && other.b == pair.b; };
+    while (next != before.end() && !stays(*next)) ++next;
+    auto at = next;
+    if (at == before.end() || !is_same(*at)) at = std::ranges::find_if(before, is_same);
+    if (at == before.end()) continue;
+    pair.budget = at->budget;
+    next = std::next(at);
   }
 }
 
@@ -209,7 +206,8 @@ std::vector<NeighbourChunk> follow_neighbours(const Bvh<Bounds>& tree, std::vect
           return;
         }
         lists.list(static_cast<std::uint32_t>(s), found[s], stop);
-        take_budgets(found[s], before[s].pairs, held[s].pairs, changed_blocks);
+        take_budgets(found[s].within.pairs, before[s].pairs, changed_blocks);
+        take_budgets(found[s].pairs, held[s].pairs, changed_blocks);
       },
       1);
   return in_chunks(found, tree.shape, stop);

@@ -104,7 +104,7 @@ void PartTrees<Bounds>::forget(PartId part, bool keeps_hierarchy) noexcept {
 
 template <class Bounds>
 bool PartTrees<Bounds>::change(PartId part, std::vector<std::uint8_t>&& blocks) noexcept {
-  constexpr std::ptrdiff_t kMost = 4;  // one of so many
+  constexpr std::ptrdiff_t kMost = 16;  // one of so many: of more, looking again costs what is saved
   if (number_of(part) >= trees_.size() || trees_[number_of(part)].order.empty()) return false;
   std::vector<std::uint8_t>& changed = changed_[number_of(part)];
   if (!changed.empty()) std::ranges::transform(changed, blocks, blocks.begin(), std::bit_or<>());
