@@ -14,17 +14,7 @@
 namespace warmfront {
 
 Result<Scene> Scene::create(SceneDescription description, StopSignal stop) {
-  if (Status status = check_faces(description, stop); !status) return status.error();
-  if (Status status = check_edges(description, stop); !status) return status.error();
-  if (Status status = check_bodies(description, stop); !status) return status.error();
-  if (Status status = check_filters(description.filters, description.vertex_count, stop); !status)
-    return status.error();
-  if (Status status = check_thickness(description, stop); !status) return status.error();
-  if (Status status =
-          check_size(description.vertex_count, description.faces.size(), description.edges.size());
-      !status)
-    return status.error();
-
+  if (Status status = check_description(description, stop); !status) return status.error();
   Scene scene;
   Mesh& mesh = scene.own_mesh();
   mesh.vertex_count = description.vertex_count;

@@ -260,6 +260,7 @@ class Scene {
   friend class Renumbering;  // builds the renumbered Scene
   friend class SceneJoin;
   friend class SceneEdit;
+  friend class ChangedScene;
 
   // Data that do not depend on the bodies' descriptions. Shared by copies of a scene, so that a new
   // description of a body costs nothing that grows with the mesh.

@@ -27,6 +27,29 @@ void begin_anew(List& list, std::size_t size, StopSignal stop) {
 }  // namespace
 
 template <class Bounds>
+void Bvh<Bounds>::append_block_vertices(const Scene& scene, BlockId block,
+                                        std::vector<std::uint32_t>& items) const {
+  const std::size_t first = items.size();
+  for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
+    for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
+      if (std::find(items.begin() + static_cast<std::ptrdiff_t>(first), items.end(), v) == items.end())
+        items.push_back(v);
+    }
+  }
+}
+
+template <class Bounds>
+void Bvh<Bounds>::list_corners(const Scene& scene, BlockId block) {
+  const std::uint32_t begin = shape.begin_of_block(block);
+  const std::uint32_t size = shape.size_of_block(block);
+  for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
+    const Face vertices = primitive_vertices(scene, order[begin + (i < size ? i : 0)]);
+    for (int corner = 0; corner < 3; ++corner)
+      leaves.corners[number_of(block)].vertex[corner][i] = vertices[corner];
+  }
+}
+
+template <class Bounds>
 void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
   travel.block_vertices = {};
   if (travel.nodes.empty() || leaves.blocks.empty()) return;
@@ -41,14 +64,8 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
     const std::size_t end = std::min((piece + 1) * kPiece, blocks);
     items.reserve((end - piece * kPiece) * EightBounds<Bounds>::kSlots * 3 / 2);
     for (std::size_t b = piece * kPiece; b < end; ++b) {
-      const BlockId block{static_cast<std::uint32_t>(b)};
       const std::size_t first = items.size();
-      for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
-        for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
-          if (std::find(items.begin() + static_cast<std::ptrdiff_t>(first), items.end(), v) == items.end())
-            items.push_back(v);
-        }
-      }
+      append_block_vertices(scene, BlockId{static_cast<std::uint32_t>(b)}, items);
       begin[b + 1] = static_cast<std::uint32_t>(items.size() - first);
     }
   };
@@ -150,16 +167,45 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
     leaves.blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
   for_each_index(
       0, shape.block_count(), stop,
-      [&](std::size_t b) {
-        const BlockId block{static_cast<std::uint32_t>(b)};
-        const std::uint32_t begin = shape.begin_of_block(block);
-        const std::uint32_t size = shape.size_of_block(block);
-        for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
-          const Face vertices = primitive_vertices(scene, order[begin + (i < size ? i : 0)]);
-          for (int corner = 0; corner < 3; ++corner) leaves.corners[b].vertex[corner][i] = vertices[corner];
-        }
-      },
-      512);
+      [&](std::size_t b) { list_corners(scene, BlockId{static_cast<std::uint32_t>(b)}); }, 512);
+}
+
+template <class Bounds>
+void Bvh<Bounds>::change(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
+                         std::shared_ptr<const SharedVertices> new_shared,
+                         std::span<const std::uint8_t> changed_blocks, StopSignal stop) {
+  shape = new_shape;
+  order = std::move(new_order);
+  leaves.shared = std::move(new_shared);
+  list_leaves(stop);
+  PacedStop paced(stop, 256);
+  const Csr before = std::exchange(travel.block_vertices, {});
+  Csr& vertices = travel.block_vertices;
+  if (before.rows() > 0) {
+    reserve(vertices.begin, before.begin.size(), stop);
+    reserve(vertices.items, before.items.size() + before.items.size() / 16, stop);
+    vertices.begin.push_back(0);
+  }
+  for (std::uint32_t b = 0; b < changed_blocks.size();) {
+    const std::uint32_t first = b;
+    while (b < changed_blocks.size() && changed_blocks[b] == 0) ++b;
+    if (before.rows() > 0 && b > first) {
+      const std::uint32_t offset = static_cast<std::uint32_t>(vertices.items.size()) - before.begin[first];
+      append(vertices.items,
+             std::span(before.items).subspan(before.begin[first], before.begin[b] - before.begin[first]),
+             stop);
+      for (std::uint32_t row = first; row < b; ++row)
+        vertices.begin.push_back(before.begin[row + 1] + offset);
+    }
+    if (b == changed_blocks.size()) break;
+    paced.check();
+    if (before.rows() > 0) {
+      append_block_vertices(scene, BlockId{b}, vertices.items);
+      vertices.begin.push_back(static_cast<std::uint32_t>(vertices.items.size()));
+    }
+    if (!leaves.corners.empty()) list_corners(scene, BlockId{b});
+    ++b;
+  }
 }
 
 template <class Bounds>
@@ -190,6 +236,12 @@ template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Pri
                                  std::shared_ptr<const SharedVertices>, bool, StopSignal);
 template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
                                    std::shared_ptr<const SharedVertices>, bool, StopSignal);
+template void Bvh<Aabb>::change(const Scene&, const TreeShape&, std::vector<Primitive>,
+                                std::shared_ptr<const SharedVertices>, std::span<const std::uint8_t>,
+                                StopSignal);
+template void Bvh<KDop18>::change(const Scene&, const TreeShape&, std::vector<Primitive>,
+                                  std::shared_ptr<const SharedVertices>, std::span<const std::uint8_t>,
+                                  StopSignal);
 template void Bvh<Aabb>::shift(const NumberShift&) noexcept;
 template void Bvh<KDop18>::shift(const NumberShift&) noexcept;
 template double looseness(const Bvh<Aabb>&);

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/bounds/kdop.h"
@@ -53,6 +54,13 @@ struct Bvh {
   void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
                std::shared_ptr<const SharedVertices> new_shared, bool keep_travel, StopSignal stop = {});
 
+  /// Takes another order of primitives in the same nodes, leaves and blocks, and vertices with the same
+  /// numbers: only these blocks hold something else, or in other slots. Bounds are undefined until a refit of
+  /// all; travel is kept, of what holds a changed block as of what it held before.
+  void change(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
+              std::shared_ptr<const SharedVertices> new_shared, std::span<const std::uint8_t> changed_blocks,
+              StopSignal stop = {});
+
   /// All numbers of the scene that it holds begin elsewhere from now on; nothing else has changed.
   void shift(const NumberShift& by) noexcept;
 
@@ -81,6 +89,8 @@ struct Bvh {
 
  private:
   void list_block_vertices(const Scene& scene, StopSignal stop);
+  void append_block_vertices(const Scene& scene, BlockId block, std::vector<std::uint32_t>& items) const;
+  void list_corners(const Scene& scene, BlockId block);
   void list_leaves(StopSignal stop);
 
   bool is_known(BlockId a, BlockId b) const {

@@ -13,11 +13,32 @@ namespace {
 
 constexpr Primitive kNoPrimitive{0xffffffff};
 
+// What is gone leaves a gap, which the next one fills: so most others keep their places, and their numbers.
 struct Block {
   std::array<Primitive, TreeShape::kBlockSize> held;
   std::uint32_t count = 0;
+  std::uint32_t size = 0;  // with gaps
 
-  void add(Primitive p) { held[count++] = p; }
+  void put(Primitive p) {  // or a gap
+    held[size++] = p;
+    count += p != kNoPrimitive ? 1 : 0;
+  }
+  void add(Primitive p) {
+    if (count == size) return put(p);
+    *std::find(held.begin(), held.begin() + size, kNoPrimitive) = p;
+    ++count;
+  }
+  Primitive take_first() {
+    Primitive& first =
+        *std::find_if(held.begin(), held.begin() + size, [](Primitive p) { return p != kNoPrimitive; });
+    --count;
+    return std::exchange(first, kNoPrimitive);
+  }
+  Primitive take_last() {
+    while (held[size - 1] == kNoPrimitive) --size;
+    --count;
+    return held[--size];
+  }
 };
 
 // The nearest of the blocks around one, itself first, of which something is true; their count for none.
@@ -73,9 +94,9 @@ class Placing {
 
 }  // namespace
 
-std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, const MeshRange& part,
-                                    const Scene& alone, std::span<const GivenVertex> given_vertices,
-                                    const LocalChange& change, StopSignal stop) {
+std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, const Renumbering& numbering,
+                                    const MeshRange& part, const Scene& alone, const LocalChange& change,
+                                    StopSignal stop) {
   const TreeShape& shape = held.shape;
   const std::span<const Primitive> order = held.order;
   const std::size_t primitives = alone.element_count() + alone.isolated_vertices().size();
@@ -87,17 +108,25 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   lengthen(blocks, count, Block{}, stop);
   std::vector<std::uint8_t> changed;
   lengthen(changed, count, std::uint8_t{0}, stop);
-  std::vector<std::uint32_t> block_of_vertex;  // by given number, of those of before: one that holds it
-  lengthen(block_of_vertex, alone.vertex_count(), count, stop);
+  // By vertex before, of those of which there may be new primitives: a block that holds it; else none.
+  constexpr std::uint32_t kNotAsked = 0xffffffff;
+  std::vector<std::uint32_t> block_of_vertex;
+  lengthen(block_of_vertex, alone.vertex_count(), kNotAsked, stop);
   Placing placing(alone, stop);
   PacedStop paced(stop);
   const auto given = [&](std::uint32_t v) {
-    return number_of(given_vertices[v - part.features.first_vertex]);
+    return number_of(numbering.given(NewVertex{v})) - part.features.first_vertex;
   };
+  const auto before_of = [&](std::uint32_t v) {
+    return number_of(numbering.renumbered(GivenVertex{v + part.features.first_vertex})) -
+           part.features.first_vertex;
+  };
+  for (const std::uint32_t v : change.at) block_of_vertex[before_of(v)] = count;
   // The same primitive as given now, if there is one; faces only where they are left.
   const auto left_of = [&](Primitive p) {
     if (is_face(p)) {
-      const std::uint32_t face = change.face_of[face_number(p) - part.first_face];
+      const std::uint32_t face =
+          change.face_of[number_of(numbering.given(NewFace{face_number(p)})) - part.first_face];
       return face != LocalChange::kNone ? primitive_of_face(face) : kNoPrimitive;
     }
     Primitive now = kNoPrimitive;
@@ -113,12 +142,13 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     const BlockId block{b};
     for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
       paced.check();
-      for (const std::uint32_t v : primitive_vertices(before, order[i])) block_of_vertex[given(v)] = b;
+      for (const std::uint32_t v : primitive_vertices(before, order[i])) {
+        std::uint32_t& block_of = block_of_vertex[v - part.features.first_vertex];
+        if (block_of != kNotAsked) block_of = b;
+      }
       const Primitive now = left_of(order[i]);
-      if (now != kNoPrimitive)
-        blocks[b].add(now);
-      else
-        changed[b] = 1;
+      blocks[b].put(now);
+      if (now == kNoPrimitive) changed[b] = 1;
     }
   }
   const auto has_room = [&](std::uint32_t b) { return blocks[b].count < most; };
@@ -126,9 +156,10 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     const Face vertices = primitive_vertices(alone, p);
     std::uint32_t block = count;
     for (const std::uint32_t v : vertices) {
-      if (has_room(block_of_vertex[v])) block = block_of_vertex[v];
+      const std::uint32_t b = block_of_vertex[before_of(v)];
+      if (has_room(b) && (block == count || blocks[b].count < blocks[block].count)) block = b;
     }
-    if (block == count) block = nearest(block_of_vertex[vertices[0]], count, has_room);
+    if (block == count) block = nearest(block_of_vertex[before_of(vertices[0])], count, has_room);
     if (block == count) return false;
     blocks[block].add(p);
     changed[block] = 1;
@@ -141,7 +172,8 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     const std::uint32_t from =
         nearest(b, count, [&](std::uint32_t other) { return blocks[other].count > 1; });
     if (from == count) return std::nullopt;
-    blocks[b].add(blocks[from].held[--blocks[from].count]);
+    // The one next to it, so that faces keep their order.
+    blocks[b].add(from > b ? blocks[from].take_first() : blocks[from].take_last());
     changed[b] = changed[from] = 1;
   }
   KeptOrder kept;
@@ -151,7 +183,9 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   for (const Block& block : blocks) {
     paced.check();
     begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
-    kept.order.insert(kept.order.end(), block.held.begin(), block.held.begin() + block.count);
+    for (std::uint32_t i = 0; i < block.size; ++i) {
+      if (block.held[i] != kNoPrimitive) kept.order.push_back(block.held[i]);
+    }
   }
   begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
   kept.changed = std::move(changed);

@@ -30,15 +30,15 @@ struct KeptOrder {
   std::vector<std::uint8_t> changed;  ///< by block: does it hold something else?
 };
 
-/// `held` is of the hierarchy of the body when it was `part` of the renumbered scene `before`;
-/// `alone` is the body with its other elements, of which vertices have these given numbers, and `change` what
-/// find_local_change() says of it. Primitives that are left stay in their blocks; each that is new goes to a
-/// block that holds one with a vertex of it, or has its place near by; a block of which nothing is left takes
-/// one from near by. Nothing where there is no room within kReach blocks, or where less than half of all room
-/// is used. Given numbers of `alone`. O(primitives). Throws Stopped when told to stop.
-std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, const MeshRange& part,
-                                    const Scene& alone, std::span<const GivenVertex> given_vertices,
-                                    const LocalChange& change, StopSignal stop);
+/// `held` is of the hierarchy of the body when it was `part` of the scene `before`, renumbered by
+/// `numbering`; `alone` is the body with its other elements, and `change` what find_local_change() says of
+/// it, as given. Primitives that are left stay in their blocks, where they can in their places; each that is
+/// new goes to a block that holds one with a vertex of it, or has its place near by; a block of which nothing
+/// is left takes one from near by. Nothing where there is no room within kReach blocks, or where less than
+/// half of all room is used. Given numbers of `alone`. O(primitives). Throws Stopped when told to stop.
+std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, const Renumbering& numbering,
+                                    const MeshRange& part, const Scene& alone, const LocalChange& change,
+                                    StopSignal stop);
 inline constexpr std::uint32_t kReach = 32;
 
 }  // namespace warmfront

@@ -52,6 +52,8 @@ bool is_marked(std::span<const std::uint8_t> marks, std::size_t at) {
 /// And their vertices' range.
 class SharedVertices::Places {
  public:
+  struct AllOf {};  // the scene
+
   std::uint32_t first_vertex = kNowhere;
   std::uint32_t end_vertex = 0;
   PlacesOf<NewFace> faces;
@@ -69,13 +71,30 @@ class SharedVertices::Places {
     });
     faces.make_room(stop);
     segments.make_room(stop);
+    put(blocks, stop);
+  }
+  // Of all primitives of a scene.
+  Places(const Scene& scene, std::span<const std::span<const Primitive>> blocks, AllOf /*of*/,
+         StopSignal stop)
+      : first_vertex(0), end_vertex(scene.vertex_count()) {
+    if (scene.face_count() > 0) {
+      faces.widen(NewFace{0});
+      faces.widen(NewFace{scene.face_count() - 1});
+    }
+    for (const EdgeId e : lone_edges(scene)) segments.widen(e);
+    faces.make_room(stop);
+    segments.make_room(stop);
+    put(blocks, stop);
+  }
+
+ private:
+  void put(std::span<const std::span<const Primitive>> blocks, StopSignal stop) {
+    PacedStop paced(stop);
     for_each(blocks, [&](Primitive p, std::uint32_t at) {
       paced.check();
       of_kind(p, [at](auto& places, auto id) { places.of(id) = at; });
     });
   }
-
- private:
   template <class Visit>
   void of_kind(Primitive p, Visit&& visit) {
     if (is_face(p))
@@ -100,7 +119,13 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   lengthen(others_, kRow * blocks.size(), kNone, stop);
   lengthen(pairs_, kRow * blocks.size(), {}, stop);
   for (std::size_t b = 0; b < blocks.size(); ++b) others_[kRow * b] = static_cast<std::uint32_t>(b);
-  list(scene, Places(scene, blocks, stop), {}, {}, stop);
+  const Places places(scene, blocks, stop);
+  stop.check();
+  PacedStop paced(stop, 256);
+  for (std::uint32_t v = places.first_vertex; v < places.end_vertex; ++v) {
+    paced.check();
+    list_vertex(scene, places, v, {});
+  }
   finish(blocks, {});
 }
 
@@ -118,67 +143,72 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   for (const More& more : before.more_) {
     if (changed[more.other] != 0) rows[more.owner] = 1;
   }
-  const Places places(scene, blocks, stop);
-  std::vector<std::uint8_t> vertices;
-  lengthen(vertices, places.end_vertex - std::min(places.first_vertex, places.end_vertex), std::uint8_t{0},
-           stop);
+  const Places places(scene, blocks, Places::AllOf{}, stop);
+  std::vector<std::uint8_t> marked;  // by vertex
+  lengthen(marked, scene.vertex_count(), std::uint8_t{0}, stop);
+  std::vector<std::uint32_t> vertices;
   PacedStop paced(stop, 256);
-  // Points share no vertex, and theirs may be beyond all others.
-  const auto for_vertices = [&](std::size_t b, auto&& visit) {
+  const auto mark_vertices = [&](std::size_t b) {
     for (const Primitive p : blocks[b]) {
-      if (is_point(p)) continue;
-      for (const std::uint32_t v : primitive_vertices(scene, p)) visit(vertices[v - places.first_vertex]);
+      if (is_point(p)) continue;  // these share no vertex
+      for (const std::uint32_t v : primitive_vertices(scene, p)) {
+        if (std::exchange(marked[v], std::uint8_t{1}) == 0) vertices.push_back(v);
+      }
     }
   };
-  const auto take = [&](std::size_t b) { for_vertices(b, [](std::uint8_t& marked) { marked = 1; }); };
   // What is in a block now shares vertices with blocks that did not list it before.
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     paced.check();
-    if (changed[b] != 0) take(b);
+    if (changed[b] != 0) mark_vertices(b);
   }
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    paced.check();
-    for_vertices(b, [&](std::uint8_t marked) { rows[b] |= marked; });
+  for (const std::uint32_t v : vertices) {
+    for (const std::uint32_t f : scene.vertex_faces()[v]) {
+      paced.check();
+      rows[places.faces.of(NewFace{f}) / kBlockSize] = 1;
+    }
+    for (const EdgeId e : lone_edges_of(scene, v)) {
+      paced.check();
+      rows[places.segments.of(e) / kBlockSize] = 1;
+    }
   }
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     paced.check();
     if (rows[b] == 0) continue;
-    take(b);
+    mark_vertices(b);
     std::fill_n(others_.begin() + static_cast<std::ptrdiff_t>(kRow * b), kRow, kNone);
     std::fill_n(pairs_.begin() + static_cast<std::ptrdiff_t>(kRow * b), kRow, 0);
     others_[kRow * b] = static_cast<std::uint32_t>(b);
   }
+  // Rows list in the order of vertices, as all of these would.
+  std::ranges::sort(vertices);
   for (const More& more : before.more_) {
     if (rows[more.owner] == 0) more_.push_back(more);
   }
-  list(scene, places, vertices, rows, stop);
+  PacedStop listing(stop, 256);
+  for (const std::uint32_t v : vertices) {
+    listing.check();
+    list_vertex(scene, places, v, rows);
+  }
   finish(blocks, rows);
 }
 
-// The pairs around the vertices marked, of the rows marked.
-void SharedVertices::list(const Scene& scene, const Places& places, std::span<const std::uint8_t> vertices,
-                          std::span<const std::uint8_t> rows, StopSignal stop) {
+// The pairs around a vertex, of the rows marked.
+void SharedVertices::list_vertex(const Scene& scene, const Places& places, std::uint32_t v,
+                                 std::span<const std::uint8_t> rows) {
   std::array<std::uint32_t, kMostAround> of_vertex;
-  stop.check();
-  PacedStop paced(stop, 256);
-  for (std::uint32_t v = places.first_vertex; v < places.end_vertex; ++v) {
-    paced.check();
-    if (!is_marked(vertices, v - places.first_vertex)) continue;
-    const std::span<const std::uint32_t> faces = scene.vertex_faces()[v];
-    const auto segments = lone_edges_of(scene, v);
-    const auto of_face = [&](std::uint32_t f) { return places.faces.of(NewFace{f}); };
-    const auto of_segment = [&](EdgeId e) { return places.segments.of(e); };
-    if (faces.size() + segments.size() > kMostAround) {
-      crowded_.resize(others_.size() / kRow);
-      for (const std::uint32_t f : faces) crowded_[of_face(f) / kBlockSize] = 1;
-      for (const EdgeId e : segments) crowded_[of_segment(e) / kBlockSize] = 1;
-      continue;
-    }
-    std::ranges::transform(faces, of_vertex.begin(), of_face);
-    std::ranges::transform(segments, of_vertex.begin() + static_cast<std::ptrdiff_t>(faces.size()),
-                           of_segment);
-    list_vertex(std::span(of_vertex).first(faces.size() + segments.size()), rows);
+  const std::span<const std::uint32_t> faces = scene.vertex_faces()[v];
+  const auto segments = lone_edges_of(scene, v);
+  const auto of_face = [&](std::uint32_t f) { return places.faces.of(NewFace{f}); };
+  const auto of_segment = [&](EdgeId e) { return places.segments.of(e); };
+  if (faces.size() + segments.size() > kMostAround) {
+    crowded_.resize(others_.size() / kRow);
+    for (const std::uint32_t f : faces) crowded_[of_face(f) / kBlockSize] = 1;
+    for (const EdgeId e : segments) crowded_[of_segment(e) / kBlockSize] = 1;
+    return;
   }
+  std::ranges::transform(faces, of_vertex.begin(), of_face);
+  std::ranges::transform(segments, of_vertex.begin() + static_cast<std::ptrdiff_t>(faces.size()), of_segment);
+  list_around(std::span(of_vertex).first(faces.size() + segments.size()), rows);
 }
 
 // Adds to the rows marked the pairs that do not exist.
@@ -188,9 +218,10 @@ void SharedVertices::finish(std::span<const std::span<const Primitive>> blocks,
     return no_pairs(static_cast<std::uint32_t>(blocks[a].size()),
                     static_cast<std::uint32_t>(blocks[b].size()), a == b);
   };
-  for (std::size_t place = 0; place < others_.size(); ++place) {
-    if (others_[place] != kNone && is_marked(rows, place / kRow))
-      pairs_[place] |= none(place / kRow, others_[place]);
+  for (std::size_t row = 0; row < blocks.size(); ++row) {
+    if (!is_marked(rows, row)) continue;
+    for (std::size_t place = kRow * row; place < kRow * (row + 1) && others_[place] != kNone; ++place)
+      pairs_[place] |= none(row, others_[place]);
   }
   if (!more_.empty()) has_more_.resize(blocks.size());
   for (More& more : more_) {
@@ -201,7 +232,7 @@ void SharedVertices::finish(std::span<const std::span<const Primitive>> blocks,
 }
 
 // The items around a vertex: the pairs between two blocks are a product of their bits.
-void SharedVertices::list_vertex(std::span<const std::uint32_t> places, std::span<const std::uint8_t> rows) {
+void SharedVertices::list_around(std::span<const std::uint32_t> places, std::span<const std::uint8_t> rows) {
   struct Items {
     std::uint32_t block;
     std::uint64_t bits;
@@ -245,6 +276,11 @@ std::uint64_t SharedVertices::among_more(std::uint32_t owner, std::uint32_t othe
        ++at)
     pairs |= at->pairs;
   return pairs;
+}
+
+void list_changed_rows(const SharedVertices& before, const SharedVertices& now,
+                       std::span<std::uint8_t> blocks) {
+  for (std::uint32_t b = 0; b < blocks.size(); ++b) blocks[b] |= now.has_same_row(BlockId{b}, before) ? 0 : 1;
 }
 
 namespace {

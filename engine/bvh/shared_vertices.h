@@ -53,8 +53,9 @@ class SharedVertices {
   SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
                  StopSignal stop = {});
 
-  /// The same where some are as they were in `before`, of which only the blocks marked hold something else,
-  /// or in other slots. Vertices have the numbers that they had, but for where these begin.
+  /// The same of all of `scene`, where some are as they were in `before`, of which only the blocks marked
+  /// hold something else, or in other slots. Vertices have the numbers that they had, but for where these
+  /// begin.
   SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
                  const SharedVertices& before, std::span<const std::uint8_t> changed, StopSignal stop);
   /// Can another one be made from this one? Not where a block is crowded().
@@ -82,6 +83,11 @@ class SharedVertices {
   /// Does for_neighbours(a) visit b?
   bool has_place(BlockId a, BlockId b) const {
     return place_in_row(number_of(std::min(a, b)), number_of(std::max(a, b))) != kNone;
+  }
+  /// Does for_neighbours(a) visit the same blocks, in the same order, for another one of as many?
+  bool has_same_row(BlockId a, const SharedVertices& other) const {
+    const auto first = others_.begin() + std::ptrdiff_t{kRow} * number_of(a);
+    return std::equal(first, first + kRow, other.others_.begin() + std::ptrdiff_t{kRow} * number_of(a));
   }
   /// Does the block have a vertex that was left out?
   bool crowded(BlockId block) const { return !crowded_.empty() && crowded_[number_of(block)] != 0; }
@@ -121,9 +127,9 @@ class SharedVertices {
   std::uint64_t among_more(std::uint32_t owner, std::uint32_t other) const;
 
   class Places;
-  void list(const Scene& scene, const Places& places, std::span<const std::uint8_t> vertices,
-            std::span<const std::uint8_t> rows, StopSignal stop);
-  void list_vertex(std::span<const std::uint32_t> places, std::span<const std::uint8_t> rows);
+  void list_vertex(const Scene& scene, const Places& places, std::uint32_t v,
+                   std::span<const std::uint8_t> rows);
+  void list_around(std::span<const std::uint32_t> places, std::span<const std::uint8_t> rows);
   void finish(std::span<const std::span<const Primitive>> blocks, std::span<const std::uint8_t> rows);
   void add(std::uint32_t owner, std::uint32_t other, std::uint64_t pairs);
 
@@ -134,6 +140,11 @@ class SharedVertices {
   std::vector<std::uint8_t> has_more_;  // by owner; empty if none has
   std::vector<std::uint8_t> crowded_;   // by block; empty if none is
 };
+
+/// Marks the blocks, of the same number of them, that share vertices with others than before: what is known
+/// of their neighbours is of others.
+void list_changed_rows(const SharedVertices& before, const SharedVertices& now,
+                       std::span<std::uint8_t> blocks);
 
 /// Those of a hierarchy of this shape and order; null where it has no blocks. Throws Stopped when told to
 /// stop.

@@ -8,6 +8,7 @@
 #include "engine/bvh/topology_checksum.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
+#include "engine/scene/changed_scene.h"
 
 namespace warmfront {
 namespace {
@@ -55,22 +56,22 @@ TopologyReplacement::~TopologyReplacement() {
   while (topology_.parts.size() > parts_before_) topology_.parts.pop_back();
 }
 
-// Where elements alone are others, and few of them.
-std::optional<LocalChange> TopologyReplacement::local_change(const NewPart& from, StopSignal stop) const {
-  if (from.given_vertices.empty() || from.held.order.empty()) return std::nullopt;
-  return find_local_change(topology_.scene, topology_.numbering, topology_.parts[from.piece->body].range(),
-                           from.piece->alone, from.given_vertices, stop);
-}
-
 std::uint64_t TopologyReplacement::more_adjacent_pairs(const Made& made, std::uint32_t index,
-                                                       const LocalChange* change, StopSignal stop) const {
+                                                       StopSignal stop) const {
   const FeatureRange& features = made.part.features;
-  if (change != nullptr) {
-    std::vector<std::uint8_t> at;
-    lengthen(at, change->near.size(), std::uint8_t{0}, stop);
-    for (std::size_t v = 0; v < at.size(); ++v) at[v] = change->near[v] == LocalChange::Near::kAt ? 1 : 0;
-    return count_adjacent_pairs_at(made.scene, features, at, stop) -
-           count_adjacent_pairs_at(topology_.scene, topology_.parts[index].features, at, stop);
+  if (const std::optional<LocalChange>& change = made.change; change) {
+    const FeatureRange& before = topology_.parts[index].features;
+    std::vector<std::uint32_t> vertices_before(change->at);
+    for (std::uint32_t& v : vertices_before) v += before.first_vertex;
+    std::vector<EdgeId> edges, edges_before;
+    for (const LocalChange::Touched& edge : change->touched) {
+      if (!edge.of_face) continue;
+      if (edge.now != LocalChange::kNoEdge) edges.push_back(edge.now);
+      if (edge.before != LocalChange::kNoEdge)
+        edges_before.push_back(before.first_edge + number_of(edge.before));
+    }
+    return count_adjacent_pairs_at(made.scene, change->at, edges, stop) -
+           count_adjacent_pairs_at(topology_.scene, vertices_before, edges_before, stop);
   }
   std::uint64_t more = count_adjacent_pairs(made.scene, features, stop);
   if (index < parts_before_)
@@ -81,11 +82,14 @@ std::uint64_t TopologyReplacement::more_adjacent_pairs(const Made& made, std::ui
 void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop) const {
   const Scene& given = from.piece->alone;
   PartTopology& part = made.part;
-  std::optional<LocalChange> change = local_change(from, stop);
+  const std::uint32_t index = from.piece->body;
+  std::optional<LocalChange>& change = made.change;
+  if (from.change != nullptr) change = std::move(*from.change);
+  MeshRange before;
+  if (change) before = topology_.parts[index].range();
   std::optional<KeptOrder> kept;
   if (change)
-    kept = keep_order(from.held, topology_.scene, topology_.parts[from.piece->body].range(), given,
-                      from.given_vertices, *change, stop);
+    kept = keep_order(from.held, topology_.scene, topology_.numbering, before, given, *change, stop);
   made.keeps_hierarchy = kept.has_value();
   if (kept) {
     part.shape = std::move(kept->shape);
@@ -94,36 +98,40 @@ void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop)
     const std::vector<Primitive> primitives = primitives_of(given);
     const auto count = static_cast<std::uint32_t>(primitives.size());
     // What has changed locally, and found no room, is likely to do so again.
-    part.shape =
-        change ? TreeShape::with_room(count, topology_.leaf_size_) : TreeShape(count, topology_.leaf_size_);
-    part.order = build_order(given, Motion(from.positions, stop), part.shape, primitives, stop);
+    part.shape = change && !from.held.order.empty() ? TreeShape::with_room(count, topology_.leaf_size_)
+                                                    : TreeShape(count, topology_.leaf_size_);
+    const std::vector<double> positions = from.positions();
+    part.order = build_order(given, Motion(positions, stop), part.shape, primitives, stop);
   }
   if (!from.given_vertices.empty()) made.numbering = Renumbering(from.given_vertices);
   made.numbering.extend(given, part.order, stop);
-  made.numbering.extend(given, made.scene, stop);
+  if (change) {
+    change->renumber(topology_.numbering, before, made.numbering, stop);
+    made.scene = ChangedScene::renumbered(topology_.scene, before, given, made.numbering, *change, stop);
+  } else {
+    made.numbering.extend(given, made.scene, stop);
+  }
   for (Primitive& primitive : part.order) primitive = made.numbering.apply(primitive);
   part.features = whole(made.scene);
   part.end_face = made.scene.face_count();
   if (topology_.cones_) made.patches = made.numbering.apply(find_patches(given, kPatchRings, stop));
   made.patches.of_face.resize(given.face_count(), Patches::kNone);
-  const std::uint32_t index = from.piece->body;
-  if (change) {
-    change->renumber(made.numbering, stop);
-    made.ownership = std::make_unique<Ownership>(made.scene, topology_.ownership,
-                                                 topology_.parts[index].range(), *change, stop);
-  } else {
+  if (change && change->faces_ascend)
+    made.owners_changed.emplace(made.scene, before, *change, stop);
+  else if (change)
+    made.ownership = std::make_unique<Ownership>(made.scene, topology_.ownership, before, *change, stop);
+  else
     made.ownership = std::make_unique<Ownership>(made.scene);
-  }
-  made.more_adjacent_pairs = more_adjacent_pairs(made, index, change ? &*change : nullptr, stop);
+  made.more_adjacent_pairs = more_adjacent_pairs(made, index, stop);
+  if (kept) made.changed_blocks = std::move(kept->changed);
   if (!from.tests_itself) return;
   if (change && topology_.parts[index].has_adjacent)
-    part.orphans = enumerate_orphans(made.scene, topology_.parts[index].orphans,
-                                     topology_.parts[index].range(), *change, stop);
+    part.orphans = enumerate_orphans(made.scene, topology_.parts[index].orphans, before, *change, stop);
   else
     part.orphans = enumerate_orphans(made.scene, part.features, stop);
   part.shared =
       kept && from.held.shared != nullptr
-          ? shared_vertices(made.scene, part.shape, part.order, *from.held.shared, kept->changed, stop)
+          ? shared_vertices(made.scene, part.shape, part.order, *from.held.shared, made.changed_blocks, stop)
           : shared_vertices(made.scene, part.shape, part.order, stop);
   part.has_adjacent = true;
 }
@@ -159,7 +167,13 @@ void TopologyReplacement::join(std::span<const std::uint32_t> face_rank, StopSig
       const MeshRange range = made.part.range();
       scenes.push_back({&made.scene, range, first});
       numberings.push_back({&made.numbering, range});
-      ownerships_.push_back({made.ownership.get(), range.first_face, range.end_face, shift});
+      ownerships_.push_back({made.ownership.get(), range.first_face, range.end_face, shift,
+                             made.owners_changed ? &*made.owners_changed : nullptr});
+      if (made.owners_changed) {
+        for (const Run& run : made.change->face_runs)
+          face_runs_.push_back(
+              {topology_.parts[first].first_face + run.from, run.count, ranges_[first].first_face + run.to});
+      }
       patches.push_back({&made.patches, range.first_face, range.end_face, shift});
       continue;
     }

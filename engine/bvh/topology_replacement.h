@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/bvh/kept_order.h"
@@ -20,10 +22,12 @@ class TopologyReplacement {
   /// Of a part that is not as it was: what its hierarchy is made by.
   struct NewPart {
     const ReplacedBodies::Piece* piece = nullptr;
-    std::span<const double> positions;  ///< in the order that the user gave its vertices
+    std::function<std::vector<double>()> positions;  ///< in the order that the user gave its vertices
     std::vector<GivenVertex>
         given_vertices;  ///< where it keeps them: theirs by new number, from 0; else empty
     bool tests_itself = false;
+    /// Where it keeps its vertices and has changed locally, from what the topology has: that is used up.
+    LocalChange* change = nullptr;
     HeldOrder held = {};  ///< where it keeps its vertices: the hierarchy to keep if it has changed locally
   };
 
@@ -42,6 +46,10 @@ class TopologyReplacement {
   bool is_new(PartId part) const { return new_of_[number_of(part)] != kOld; }
   /// Of a new part: has it, of a hierarchy that was given, what is left in the blocks that it was in?
   bool keeps_hierarchy(PartId part) const { return made_[new_of_[number_of(part)]]->keeps_hierarchy; }
+  /// By block of such a hierarchy: does it hold something else? To be taken once.
+  std::vector<std::uint8_t> changed_blocks(PartId part) {
+    return std::move(made_[new_of_[number_of(part)]]->changed_blocks);
+  }
   /// Of a part that is as it was.
   NumberShift shift(PartId part) const { return shifts_[number_of(part)]; }
   /// Of new parts, where they test themselves, in numbers of their own.
@@ -64,14 +72,15 @@ class TopologyReplacement {
     PartTopology part;
     Renumbering numbering;
     Scene scene;
-    std::unique_ptr<Ownership> ownership;
+    std::unique_ptr<Ownership> ownership;  // or what changes of it
+    std::optional<LocalChange> change;
+    std::optional<Ownership::Changed> owners_changed;
     Patches patches;
     std::uint64_t more_adjacent_pairs = 0;  // than the part had before, modulo 2^64
     bool keeps_hierarchy = false;
+    std::vector<std::uint8_t> changed_blocks;
   };
-  std::optional<LocalChange> local_change(const NewPart& from, StopSignal stop) const;
-  std::uint64_t more_adjacent_pairs(const Made& made, std::uint32_t index, const LocalChange* change,
-                                    StopSignal stop) const;
+  std::uint64_t more_adjacent_pairs(const Made& made, std::uint32_t index, StopSignal stop) const;
   void make(const NewPart& from, Made& made, StopSignal stop) const;
   void place_parts();
   void join(std::span<const std::uint32_t> face_rank, StopSignal stop);

@@ -113,6 +113,11 @@ class Front {
   void forget(PartId part);
   /// The same of all parts that are marked, by part. O(segments).
   void forget(std::span<const std::uint8_t> marked) noexcept;
+  /// A part's hierarchy has changed in these blocks alone (Bvh::change()), by block: what it says of all
+  /// others stays; budgets of what holds one are spent. `trees` have travelled as far as where motions begin.
+  /// O(pairs). Throws Stopped, and is good for clear() only then, when told to stop.
+  void follow(PartId part, std::span<const Bvh<Bounds>> trees, std::span<const std::uint8_t> changed_blocks,
+              std::size_t max_bytes, StopSignal stop);
 
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }

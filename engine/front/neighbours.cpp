@@ -2,10 +2,8 @@
 #include "engine/front/neighbours.h"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
-#include "engine/bvh/node_patches.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/simd/lanes.h"
 
@@ -51,32 +49,6 @@ WARMFRONT_INLINE std::uint32_t exhausted_of_four(const NeighbourPair* pairs, con
   return static_cast<std::uint32_t>(bits[0] | bits[1] | bits[2] | bits[3]);
 }
 
-// The last chunk, which is not among the first `but`, with room for more.
-NeighbourChunk& open_chunk(std::vector<NeighbourChunk>& chunks, std::size_t but) {
-  if (chunks.size() == but || chunks.back().pairs.size() >= NeighbourChunk::kPairs) chunks.emplace_back();
-  return chunks.back();
-}
-
-// Two leaves, whose pairs are the chunk's last.
-void add_leaves(NeighbourChunk& chunk, const TreeShape& shape, LeafId leaf, LeafId other) {
-  chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
-  chunk.nodes.add(shape.node_of(leaf));
-  chunk.nodes.add(shape.node_of(other));
-}
-
-// The leaves below a subtree's root, ascending: those of the last level but one, then those of the last.
-template <class OfLeaf>
-void for_leaves_of(const TreeShape& shape, std::uint32_t subtree, OfLeaf&& of_leaf) {
-  const int top = shape.subtree_level();
-  for (int level = std::max(shape.levels() - 2, top); level < shape.levels(); ++level) {
-    const std::uint32_t width = 1U << (level - top);
-    const NodeId first = TreeShape::first_of_level(level) + subtree * width;
-    for (NodeId node = first; node < std::min(first + width, shape.end_node()); ++node) {
-      if (shape.is_leaf(node)) of_leaf(shape.leaf_of(node));
-    }
-  }
-}
-
 std::size_t bytes_of(std::span<const NeighbourChunk> chunks) {
   std::size_t bytes = 0;
   for (const NeighbourChunk& chunk : chunks) bytes += chunk.list_bytes();
@@ -107,90 +79,6 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
 }
 
 template <class Bounds>
-std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop) {
-  std::vector<NeighbourChunk> chunks;
-  if (tree.travel.blocks.empty() || tree.leaves.shared == nullptr) return chunks;
-  std::vector<LeafId> leaf_of(tree.shape.block_count());  // by block
-  for (LeafId leaf{0}; leaf < tree.shape.end_leaf(); ++leaf) {
-    const BlockRange& blocks = tree.leaves.blocks_of[number_of(leaf)];
-    std::fill_n(leaf_of.begin() + number_of(blocks.begin), blocks.size(), leaf);
-  }
-  const PatchesOfTwo patches(tree.patches, tree.patches);
-  const TreeShape& shape = tree.shape;
-  // What goes from one subtree to another, behind the subtrees' own: in the order of leaves, too.
-  struct Across {
-    LeafId leaf, other;
-    std::size_t first_pair, end_pair;
-  };
-  struct OfSubtree {
-    NeighbourChunk within;
-    std::vector<NeighbourPair> pairs;
-    std::vector<Across> across;
-  };
-  std::vector<OfSubtree> found(shape.subtree_count());
-  const auto list_subtree = [&](std::size_t s) {
-    const auto subtree = static_cast<std::uint32_t>(s);
-    OfSubtree& own = found[s];
-    std::vector<NeighbourPair> of_leaf;
-    std::vector<LeafId> others;  // the leaves that these reach, ascending
-    PacedStop paced(stop, 16);
-    const auto list_leaf = [&](LeafId leaf) {
-      paced.check();
-      of_leaf.clear();
-      others.clear();
-      const auto [first, end] = tree.leaves.blocks_of[number_of(leaf)];
-      for (BlockId a = first; a < end; ++a) {
-        tree.leaves.shared->for_neighbours(a, [&](BlockId b) {
-          const NodeTravel& of_a = tree.travel.blocks[number_of(a)];
-          const NodeTravel& of_b = tree.travel.blocks[number_of(b)];
-          of_leaf.push_back({a, b, TravelBudget::grant(of_a, of_b, -1), tree.excluded(a, b)});
-          const LeafId other = leaf_of[number_of(b)];
-          const auto at = std::ranges::lower_bound(others, other);
-          if (at == others.end() || *at != other) others.insert(at, other);
-        });
-      }
-      for (const LeafId other : others) {
-        if (patches.are_one(shape.node_of(leaf), shape.node_of(other))) continue;  // as a traversal does
-        const bool within = shape.subtree_of(shape.node_of(other)) == subtree;
-        std::vector<NeighbourPair>& pairs = within ? own.within.pairs : own.pairs;
-        const std::size_t first_pair = pairs.size();
-        std::ranges::copy_if(of_leaf, std::back_inserter(pairs),
-                             [&](const NeighbourPair& pair) { return leaf_of[number_of(pair.b)] == other; });
-        if (within)
-          add_leaves(own.within, shape, leaf, other);
-        else
-          own.across.push_back({leaf, other, first_pair, pairs.size()});
-      }
-    };
-    for_leaves_of(shape, subtree, list_leaf);
-    own.within.leaves.shrink_to_fit();
-    own.within.pairs.shrink_to_fit();
-  };
-  for_each_index(0, found.size(), stop, list_subtree, 1);
-
-  std::vector<std::pair<Across, const std::vector<NeighbourPair>*>> across;
-  chunks.reserve(found.size());
-  for (OfSubtree& own : found) {
-    chunks.push_back(std::move(own.within));
-    for (const Across& pairs : own.across) across.emplace_back(pairs, &own.pairs);
-  }
-  std::ranges::stable_sort(across, {}, [](const auto& one) { return one.first.leaf; });
-  PacedStop paced(stop, 16);
-  for (const auto& [of_two, pairs] : across) {
-    paced.check();
-    NeighbourChunk& chunk = open_chunk(chunks, found.size());
-    chunk.pairs.insert(chunk.pairs.end(), pairs->begin() + static_cast<std::ptrdiff_t>(of_two.first_pair),
-                       pairs->begin() + static_cast<std::ptrdiff_t>(of_two.end_pair));
-    add_leaves(chunk, shape, of_two.leaf, of_two.other);
-  }
-  for (std::size_t c = found.size(); c < chunks.size(); ++c) {
-    chunks[c].leaves.shrink_to_fit();
-    chunks[c].pairs.shrink_to_fit();
-  }
-  return chunks;
-}
-
-template <class Bounds>
 bool Neighbours::list(PartId part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop) {
   if (number_of(part) >= of_part_.size()) of_part_.resize(number_of(part) + 1);
   OfPart& of = of_part_[number_of(part)];
@@ -200,7 +88,22 @@ bool Neighbours::list(PartId part, const Bvh<Bounds>& tree, std::size_t max_byte
   if (bytes > max_bytes) return false;
   list_bytes_ = bytes;
   of.chunks = std::move(listed);
+  of.subtrees = tree.shape.subtree_count();
   return !of.chunks.empty();
+}
+
+template <class Bounds>
+bool Neighbours::follow(PartId part, const Bvh<Bounds>& tree, std::span<const std::uint8_t> changed_blocks,
+                        std::size_t max_bytes, StopSignal stop) {
+  OfPart& of = of_part_[number_of(part)];
+  if (of.subtrees != tree.shape.subtree_count() || tree.leaves.shared == nullptr) return false;
+  const std::size_t others = list_bytes_ - bytes_of(of.chunks);
+  std::vector<NeighbourChunk> listed =
+      follow_neighbours<Bounds>(tree, std::exchange(of.chunks, {}), changed_blocks, stop);
+  const std::size_t bytes = others + bytes_of(listed);
+  list_bytes_ = bytes;
+  of.chunks = std::move(listed);
+  return bytes <= max_bytes;
 }
 
 void Neighbours::forget(PartId part) {
@@ -264,8 +167,10 @@ std::size_t Neighbours::memory_bytes() const {
   return bytes;
 }
 
-template std::vector<NeighbourChunk> list_neighbours(const Bvh<Aabb>&, StopSignal);
-template std::vector<NeighbourChunk> list_neighbours(const Bvh<KDop18>&, StopSignal);
+template bool Neighbours::follow(PartId, const Bvh<Aabb>&, std::span<const std::uint8_t>, std::size_t,
+                                 StopSignal);
+template bool Neighbours::follow(PartId, const Bvh<KDop18>&, std::span<const std::uint8_t>, std::size_t,
+                                 StopSignal);
 template bool Neighbours::list(PartId, const Bvh<Aabb>&, std::size_t, StopSignal);
 template bool Neighbours::list(PartId, const Bvh<KDop18>&, std::size_t, StopSignal);
 

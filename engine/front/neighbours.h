@@ -67,6 +67,12 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
 template <class Bounds>
 std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop = {});
 
+/// The same where `before` was listed before the hierarchy changed in these blocks alone: budgets of pairs of
+/// others are those that they had. It has as many subtrees as then.
+template <class Bounds>
+std::vector<NeighbourChunk> follow_neighbours(const Bvh<Bounds>& tree, std::vector<NeighbourChunk> before,
+                                              std::span<const std::uint8_t> changed_blocks, StopSignal stop);
+
 /// The lists of all parts that have one. Used by one thread at a time, but for what is const; the chunks of
 /// one list may be changed by one thread each.
 class Neighbours {
@@ -89,6 +95,12 @@ class Neighbours {
   /// before. Throws Stopped when told to stop.
   template <class Bounds>
   bool list(PartId part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop);
+  /// The hierarchy of a part whose neighbours are listed has changed in these blocks alone, by block: budgets
+  /// of all others stay. Returns false where the lists would be larger than `max_bytes`, or are divided
+  /// otherwise: forget() must follow. Throws Stopped when told to stop.
+  template <class Bounds>
+  bool follow(PartId part, const Bvh<Bounds>& tree, std::span<const std::uint8_t> changed_blocks,
+              std::size_t max_bytes, StopSignal stop);
   void forget(PartId part);
   void clear();
   /// Forgets what was found of neighbours that do not move.
@@ -107,6 +119,7 @@ class Neighbours {
   struct OfPart {
     std::vector<NeighbourChunk> chunks;
     bool tried = false;  ///< there may have been none, or no room
+    std::uint32_t subtrees = 0;  ///< of the hierarchy when it was listed
   };
 
   std::vector<OfPart> of_part_;

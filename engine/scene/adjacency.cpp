@@ -22,23 +22,23 @@ std::uint32_t third_vertex(const Face& face, const Edge& edge) {
 // edge between them) twice, and a pair of duplicates three times, with three edges. Edges join two distinct
 // vertices, and duplicates are faces of three: (a, a, b) and (a, b, c) share two vertices and one edge. Along
 // an edge, duplicates are the faces with the same third vertex.
-template <class OfVertex, class OfEdge>
-std::uint64_t count_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop,
-                          OfVertex&& of_vertex, OfEdge&& of_edge) {
+template <class ForVertices, class ForEdges>
+std::uint64_t count_pairs(const Scene& scene, StopSignal stop, ForVertices&& for_vertices,
+                          ForEdges&& for_edges) {
   PacedStop paced(stop);
   std::uint64_t at_vertices = 0;
-  for (std::uint32_t v = range.first_vertex; v < range.end_vertex; ++v) {
+  for_vertices([&](std::uint32_t v) {
     paced.check();
-    if (of_vertex(v)) at_vertices += pairs_of(scene.vertex_faces()[v].size());
-  }
+    at_vertices += pairs_of(scene.vertex_faces()[v].size());
+  });
   std::uint64_t at_edges = 0;
   std::uint64_t duplicates_at_edges = 0;
   std::vector<std::uint32_t> thirds;
-  for (EdgeId e = range.first_edge; e < range.end_edge; ++e) {
+  for_edges([&](EdgeId e) {
     paced.check();
     const Edge& edge = ends_of(scene, e);
     const auto faces = faces_along(scene, e);
-    if (edge[0] == edge[1] || faces.size() < 2 || !of_edge(edge)) continue;
+    if (edge[0] == edge[1] || faces.size() < 2) return;
     at_edges += pairs_of(faces.size());
     thirds.clear();
     for (const std::uint32_t f : faces) {
@@ -51,25 +51,33 @@ std::uint64_t count_pairs(const Scene& scene, const FeatureRange& range, StopSig
       duplicates_at_edges += pairs_of(static_cast<std::uint64_t>(next - first));
       first = next;
     }
-  }
+  });
   return at_vertices - at_edges + duplicates_at_edges / 3;
 }
 
 }  // namespace
 
 std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop) {
-  const auto all = [](const auto&) { return true; };
-  return count_pairs(scene, range, stop, all, all);
+  return count_pairs(
+      scene, stop,
+      [&](auto&& count) {
+        for (std::uint32_t v = range.first_vertex; v < range.end_vertex; ++v) count(v);
+      },
+      [&](auto&& count) {
+        for (EdgeId e = range.first_edge; e < range.end_edge; ++e) count(e);
+      });
 }
 
-// Faces that change have all their vertices among these, and so all that is counted of them: it changes at
-// these vertices and at edges between two of them. Three edges count each pair of duplicates that changes, so
-// both counts of these leave the same remainder.
-std::uint64_t count_adjacent_pairs_at(const Scene& scene, const FeatureRange& range,
-                                      std::span<const std::uint8_t> at, StopSignal stop) {
-  const auto of_vertex = [&](std::uint32_t v) { return at[v - range.first_vertex] != 0; };
-  return count_pairs(scene, range, stop, of_vertex,
-                     [&](const Edge& edge) { return of_vertex(edge[0]) && of_vertex(edge[1]); });
+// All that is counted of faces that change is counted there. Three edges count each pair of duplicates that
+// changes, so both counts of these leave the same remainder.
+std::uint64_t count_adjacent_pairs_at(const Scene& scene, std::span<const std::uint32_t> vertices,
+                                      std::span<const EdgeId> edges, StopSignal stop) {
+  const auto all = [](const auto& list) {
+    return [&list](auto&& count) {
+      for (const auto one : list) count(one);
+    };
+  };
+  return count_pairs(scene, stop, all(vertices), all(edges));
 }
 
 }  // namespace warmfront

@@ -41,10 +41,10 @@ inline bool repeats_vertex(const Face& face) {
 /// Number of adjacent pairs of faces in a range that is closed under faces. O(m log m). Throws Stopped when
 /// told to stop.
 std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop = {});
-/// What such a count is less where vertices and faces change at those for which `at` is true, by vertex from
-/// the range's first: the difference of two is that of the counts. O(n).
-std::uint64_t count_adjacent_pairs_at(const Scene& scene, const FeatureRange& range,
-                                      std::span<const std::uint8_t> at, StopSignal stop = {});
+/// What such a count counts at these vertices and edges: where faces with all their vertices and sides among
+/// these are others, the difference of two is that of the counts.
+std::uint64_t count_adjacent_pairs_at(const Scene& scene, std::span<const std::uint32_t> vertices,
+                                      std::span<const EdgeId> edges, StopSignal stop = {});
 inline std::uint64_t count_adjacent_pairs(const Scene& scene) {
   return count_adjacent_pairs(scene, whole(scene));
 }

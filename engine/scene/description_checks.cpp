@@ -224,6 +224,16 @@ Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, Sto
   return {};
 }
 
+Status check_description(const SceneDescription& description, StopSignal stop) {
+  if (Status status = check_faces(description, stop); !status) return status;
+  if (Status status = check_edges(description, stop); !status) return status;
+  if (Status status = check_bodies(description, stop); !status) return status;
+  if (Status status = check_filters(description.filters, description.vertex_count, stop); !status)
+    return status;
+  if (Status status = check_thickness(description, stop); !status) return status;
+  return check_size(description.vertex_count, description.faces.size(), description.edges.size());
+}
+
 Status check_edges_of_bodies(std::span<const Edge> edges, std::span<const std::uint32_t> lone_edges,
                              std::span<const std::uint32_t> body_of_vertex, StopSignal stop) {
   PacedStop paced(stop);

@@ -49,6 +49,9 @@ Status check_bodies(const SceneDescription& description, StopSignal stop);
 /// Filters of a scene of so many vertices.
 Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, StopSignal stop);
 
+/// All of the above that is said of a description.
+Status check_description(const SceneDescription& description, StopSignal stop);
+
 /// No face and no lone edge joins two bodies.
 Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::uint32_t> body_of_vertex,
                              StopSignal stop);

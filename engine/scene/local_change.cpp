@@ -5,24 +5,16 @@
 #include <utility>
 
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/adjacency.h"
 
 namespace warmfront {
 namespace {
 
 constexpr std::uint32_t kNone = LocalChange::kNone;
 constexpr EdgeId kNoEdge = LocalChange::kNoEdge;
-using Near = LocalChange::Near;
 
 // Around a vertex of more faces none is looked for: what it costs would grow with the square of them.
 constexpr std::size_t kMostAround = 64;
-
-// Compared as numbers, not as bytes.
-bool same(const Face& f, const Face& g) {
-  return f[0] == g[0] && f[1] == g[1] && f[2] == g[2];
-}
-std::uint64_t key_of(const Edge& edge) {
-  return std::uint64_t{edge[0]} << 32 | edge[1];
-}
 
 // Of numbers, kNone left out, a longest ascending choice: all others become kNone.
 void keep_ascending(std::vector<std::uint32_t>& numbers, StopSignal stop) {
@@ -54,167 +46,284 @@ void keep_ascending(std::vector<std::uint32_t>& numbers, StopSignal stop) {
   }
 }
 
-// By face of `alone`: the same before, by its place among those given; kNone for none.
-std::vector<std::uint32_t> same_faces(const Scene& before, const Renumbering& numbering,
-                                      const MeshRange& part, const Scene& alone, const Renumbering& vertices,
-                                      StopSignal stop) {
+// By face: the same before, or kNone.
+std::vector<std::uint32_t> same_faces(const Scene& before, const MeshRange& part,
+                                      std::span<const std::array<std::int32_t, 3>> faces, StopSignal stop) {
+  const std::uint32_t first_vertex = part.features.first_vertex;
+  const std::span<const Face> old = before.faces().subspan(part.first_face, part.face_count());
   std::vector<std::uint32_t> places;
-  reserve(places, alone.face_count(), stop);
+  reserve(places, faces.size(), stop);
   std::uint32_t next = 0;  // where the last one was found, and one more
+  bool ascend = true;
   PacedStop paced(stop);
-  for (const Face& given : alone.faces()) {
+  for (const auto& given : faces) {
     paced.check();
-    Face face;
-    for (std::size_t k = 0; k < 3; ++k)
-      face[k] = number_of(vertices.renumbered(GivenVertex{given[k]})) + part.features.first_vertex;
+    const Face face{static_cast<std::uint32_t>(given[0]) + first_vertex,
+                    static_cast<std::uint32_t>(given[1]) + first_vertex,
+                    static_cast<std::uint32_t>(given[2]) + first_vertex};
+    // Compared as numbers, not as bytes, and all of them: there is nothing to predict.
+    const auto is_same = [&](const Face& f) {
+      return ((f[0] ^ face[0]) | (f[1] ^ face[1]) | (f[2] ^ face[2])) == 0;
+    };
+    if (next < old.size() && is_same(old[next])) {
+      places.push_back(next++);
+      continue;
+    }
     std::uint32_t found = kNone;
-    if (next < part.face_count() &&
-        same(before.faces()[number_of(numbering.renumbered(GivenFace{part.first_face + next}))], face)) {
-      found = next;
-    } else if (const auto around = before.vertex_faces()[face[0]]; around.size() <= kMostAround) {
+    if (const auto around = before.vertex_faces()[face[0]]; around.size() <= kMostAround) {
       for (const std::uint32_t f : around) {
-        if (!same(before.faces()[f], face)) continue;
-        found = number_of(numbering.given(NewFace{f})) - part.first_face;
+        if (!is_same(before.faces()[f])) continue;
+        found = f - part.first_face;
         if (found >= next) break;
       }
     }
-    if (found != kNone) next = found + 1;
+    if (found != kNone) {
+      ascend &= found >= next;
+      next = found + 1;
+    }
     places.push_back(found);
   }
-  keep_ascending(places, stop);
+  if (!ascend) keep_ascending(places, stop);
   return places;
 }
 
-class Neighbourhood {
- public:
-  Neighbourhood(const Scene& alone, StopSignal stop) : alone_(alone), paced_(stop) {
-    lengthen(near_, alone.vertex_count(), Near::kFar, stop);
+// The sides of a face, each once.
+template <class Visit>
+void for_sides(const Face& face, Visit&& visit) {
+  std::array<Edge, 3> sides;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto [lesser, greater] = std::minmax({face[k], face[(k + 1) % 3]});
+    sides[k] = {lesser, greater};
+    if (std::find(sides.begin(), sides.begin() + static_cast<std::ptrdiff_t>(k), sides[k]) ==
+        sides.begin() + static_cast<std::ptrdiff_t>(k))
+      visit(sides[k]);
   }
-  void touch(std::uint32_t vertex) { mark(vertex, Near::kAt, at_); }
-  std::vector<Near> widened() && {
-    widen(Near::kBeside);
-    widen(Near::kNext);
-    return std::move(near_);
+}
+
+// Finds what becomes of a body's edges, once its faces are known.
+class EdgesOf {
+ public:
+  EdgesOf(const Scene& before, const MeshRange& part, StopSignal stop)
+      : before_(before), part_(part), stop_(stop) {}
+
+  // A face that went, by a count of -1, or came.
+  void count_face(const Face& face, std::int32_t by) {
+    for_sides(face, [&](const Edge& side) { sides_.push_back({side, by, true, false}); });
+  }
+  void find(std::span<const GivenEdge> edges, LocalChange& change) {
+    const auto lone = lone_edges(before_);
+    for (auto e = std::ranges::lower_bound(lone, part_.features.first_edge);
+         e != lone.end() && *e < part_.features.end_edge; ++e)
+      sides_.push_back({ends(*e), 0, false, false});
+    for (const GivenEdge& edge : edges) {
+      const auto [lesser, greater] =
+          std::minmax({static_cast<std::uint32_t>(edge[0]), static_cast<std::uint32_t>(edge[1])});
+      sides_.push_back({{lesser, greater}, 0, false, true});
+    }
+    const auto by_ends = [](const Side& side) { return key_of(side.ends); };
+    PacedStop paced(stop_, 256);
+    if (!std::ranges::is_sorted(sides_, {}, by_ends)) {
+      std::ranges::sort(sides_, [&](const Side& x, const Side& y) {
+        paced.check();
+        return by_ends(x) < by_ends(y);
+      });
+    }
+    for (std::size_t i = 0; i < sides_.size();) {
+      Side all = sides_[i];
+      while (++i < sides_.size() && sides_[i].ends == all.ends) {
+        paced.check();
+        all.faces += sides_[i].faces;
+        all.of_face |= sides_[i].of_face;
+        all.given |= sides_[i].given;
+      }
+      paced.check();
+      take(all, change);
+    }
+    run_until(part_.edge_count(), change);
   }
 
  private:
-  void mark(std::uint32_t vertex, Near as, std::vector<std::uint32_t>& list) {
-    if (near_[vertex] != Near::kFar) return;
-    near_[vertex] = as;
-    list.push_back(vertex);
+  // What is said of an edge in one place.
+  struct Side {
+    Edge ends;
+    std::int32_t faces;  // more along it
+    bool of_face;
+    bool given;  // besides, now
+  };
+  static std::uint64_t key_of(const Edge& edge) { return std::uint64_t{edge[0]} << 32 | edge[1]; }
+  Edge ends(EdgeId e) const {
+    const Edge& edge = ends_of(before_, e);
+    return {edge[0] - part_.features.first_vertex, edge[1] - part_.features.first_vertex};
   }
-  void widen(Near as) {
-    std::vector<std::uint32_t> next;
-    for (const std::uint32_t v : at_) {
-      for (const std::uint32_t f : alone_.vertex_faces()[v]) {
-        paced_.check();
-        for (const std::uint32_t w : alone_.faces()[f]) mark(w, as, next);
-      }
-      for (const EdgeId e : lone_edges_of(alone_, v)) {
-        paced_.check();
-        for (const std::uint32_t w : ends_of(alone_, e)) mark(w, as, next);
-      }
+  // Edges as they were, from the next one on.
+  void run_until(std::uint32_t end, LocalChange& change) {
+    if (end > next_old_) {
+      const std::uint32_t count = end - next_old_;
+      if (!change.edge_runs.empty() &&
+          change.edge_runs.back().from + change.edge_runs.back().count == next_old_ &&
+          change.edge_runs.back().to + change.edge_runs.back().count == next_)
+        change.edge_runs.back().count += count;
+      else
+        change.edge_runs.push_back({next_old_, count, next_});
+      next_old_ += count;
+      next_ += count;
     }
-    at_ = std::move(next);
+  }
+  void take(const Side& side, LocalChange& change) {
+    const EdgeId first = part_.features.first_edge;
+    std::uint32_t low = next_old_, high = part_.edge_count();
+    while (low < high) {
+      const std::uint32_t middle = low + (high - low) / 2;
+      key_of(ends(first + middle)) < key_of(side.ends) ? low = middle + 1 : high = middle;
+    }
+    const bool was = low < part_.edge_count() && ends(first + low) == side.ends;
+    const std::size_t faces_before = was ? faces_along(before_, first + low).size() : 0;
+    const std::int64_t faces = static_cast<std::int64_t>(faces_before) + side.faces;
+    LocalChange::Touched touched{.ends = side.ends, .of_face = side.of_face};
+    touched.was_lone = was && faces_before == 0;
+    touched.is_lone = faces == 0 && side.given;
+    const bool is = faces > 0 || side.given;
+    if (!was && !is) return;
+    run_until(low, change);
+    if (was) touched.before = EdgeId{low};
+    if (is) touched.now = EdgeId{next_};
+    if (was && is)
+      run_until(low + 1, change);
+    else if (was)
+      ++next_old_;
+    else
+      ++next_;
+    change.touched.push_back(touched);
   }
 
-  const Scene& alone_;
-  PacedStop paced_;
-  std::vector<Near> near_;
-  std::vector<std::uint32_t> at_;  // those marked last
+  const Scene& before_;
+  const MeshRange part_;
+  const StopSignal stop_;
+  std::vector<Side> sides_;
+  std::uint32_t next_old_ = 0;  // edge before, and now
+  std::uint32_t next_ = 0;
 };
+
+// What stays, as runs.
+void find_runs(std::span<const std::uint32_t> before, std::vector<Run>& runs, PacedStop& paced) {
+  runs.clear();
+  for (std::size_t f = 0; f < before.size();) {
+    if (before[f] == kNone) {
+      paced.check();
+      ++f;
+      continue;
+    }
+    const std::size_t first = f;
+    while (++f < before.size() && before[f] == before[f - 1] + 1) paced.check();
+    runs.push_back({before[first], f - first, first});
+  }
+}
+
+template <class Number>
+void list_both_ways(std::span<const Run> runs, std::vector<Number>& of, std::vector<Number>& before,
+                    StopSignal stop) {
+  for (const Run& run : runs) {
+    in_pieces(0, run.count, stop, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) {
+        of[run.from + i] = Number{static_cast<std::uint32_t>(run.to + i)};
+        before[run.to + i] = Number{static_cast<std::uint32_t>(run.from + i)};
+      }
+    });
+  }
+}
+
+void sort_once_each(std::vector<std::uint32_t>& numbers) {
+  std::ranges::sort(numbers);
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
 
 }  // namespace
 
-void LocalChange::renumber(const Renumbering& numbering, StopSignal stop) {
-  std::vector<std::uint32_t> faces;
-  reserve(faces, face_before.size(), stop);
+void LocalChange::renumber(const Renumbering& before, const MeshRange& part, const Renumbering& now,
+                           StopSignal stop) {
   PacedStop paced(stop);
-  for (std::uint32_t f = 0; f < face_before.size(); ++f) {
+  std::vector<std::uint32_t> faces;
+  lengthen(faces, face_before.size(), kNone, stop);
+  std::vector<std::uint32_t> faces_of;
+  lengthen(faces_of, face_of.size(), kNone, stop);
+  std::uint32_t next = 0;
+  faces_ascend = true;
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
     paced.check();
-    faces.push_back(face_before[number_of(numbering.given(NewFace{f}))]);
+    const std::uint32_t old_given = face_before[number_of(now.given(NewFace{f}))];
+    if (old_given == kNone) continue;
+    const std::uint32_t old =
+        number_of(before.renumbered(GivenFace{part.first_face + old_given})) - part.first_face;
+    faces[f] = old;
+    faces_of[old] = f;
+    faces_ascend &= old >= next;
+    next = old + 1;
   }
   face_before = std::move(faces);
-  for (std::uint32_t& f : face_of) {
-    paced.check();
-    if (f != kNone) f = number_of(numbering.renumbered(GivenFace{f}));
-  }
-  std::vector<Near> vertices;
-  reserve(vertices, near.size(), stop);
-  for (const GivenVertex v : numbering.given_vertices()) {
-    paced.check();
-    vertices.push_back(near[number_of(v)]);
-  }
-  near = std::move(vertices);
+  face_of = std::move(faces_of);
+  find_runs(face_before, face_runs, paced);
+  for (std::uint32_t& f : came) f = number_of(now.renumbered(GivenFace{f}));
+  std::ranges::sort(came);
+  for (std::uint32_t& v : at) v = number_of(now.renumbered(GivenVertex{v}));
+  std::ranges::sort(at);
 }
 
-std::optional<LocalChange> find_local_change(const Scene& before, const Renumbering& numbering,
-                                             const MeshRange& part, const Scene& alone,
-                                             std::span<const GivenVertex> given_vertices, StopSignal stop) {
-  const Renumbering vertices({given_vertices.begin(), given_vertices.end()});
+std::optional<LocalChange> find_local_change(const Scene& before, const MeshRange& part,
+                                             std::span<const std::array<std::int32_t, 3>> faces,
+                                             std::span<const GivenEdge> edges, StopSignal stop) {
+  const std::uint32_t first_vertex = part.features.first_vertex;
   LocalChange change;
-  change.face_before = same_faces(before, numbering, part, alone, vertices, stop);
-  lengthen(change.face_of, part.face_count(), kNone, stop);
-  std::size_t others = part.face_count();  // went or came
-  Neighbourhood near(alone, stop);
+  change.face_before = same_faces(before, part, faces, stop);
   PacedStop paced(stop);
-  for (std::uint32_t f = 0; f < change.face_before.size(); ++f) {
+  find_runs(change.face_before, change.face_runs, paced);
+  std::size_t stay = 0;
+  for (const Run& run : change.face_runs) stay += run.count;
+  const std::size_t others = part.face_count() + faces.size() - 2 * stay;  // went or came
+  if (others * LocalChange::kLeastShare > faces.size() + part.face_count()) return std::nullopt;
+  lengthen(change.face_of, part.face_count(), kNone, stop);
+  list_both_ways(change.face_runs, change.face_of, change.face_before, stop);
+
+  EdgesOf edges_of(before, part, stop);
+  const auto changes = [&](const Face& face, std::int32_t by) {
     paced.check();
-    std::uint32_t& old = change.face_before[f];
-    if (old != kNone) {
-      old = number_of(numbering.renumbered(GivenFace{part.first_face + old})) - part.first_face;
-      change.face_of[old] = f;
-      --others;
-      continue;
-    }
-    ++others;
-    for (const std::uint32_t v : alone.faces()[f]) near.touch(v);
-  }
-  if (others * LocalChange::kLeastShare > std::size_t{alone.face_count()} + part.face_count())
-    return std::nullopt;
-  const auto given = [&](std::uint32_t v) {
-    return number_of(given_vertices[v - part.features.first_vertex]);
+    edges_of.count_face(face, by);
+    change.at.insert(change.at.end(), face.begin(), face.end());
   };
-  for (std::uint32_t f = 0; f < change.face_of.size(); ++f) {
-    paced.check();
-    if (change.face_of[f] != kNone) continue;
-    for (const std::uint32_t v : before.faces()[part.first_face + f]) near.touch(given(v));
+  std::uint32_t next = 0;  // before
+  const auto went_until = [&](std::size_t end) {
+    for (; next < end; ++next) {
+      const auto [a, b, c] = before.faces()[part.first_face + next];
+      changes({a - first_vertex, b - first_vertex, c - first_vertex}, -1);
+    }
+  };
+  std::size_t f = 0;
+  const auto came_until = [&](std::size_t end) {
+    for (; f < end; ++f) {
+      const auto [a, b, c] = faces[f];
+      changes({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(c)},
+              1);
+      change.came.push_back(static_cast<std::uint32_t>(f));
+    }
+  };
+  for (const Run& run : change.face_runs) {
+    went_until(run.from);
+    came_until(run.to);
+    next += static_cast<std::uint32_t>(run.count);
+    f += run.count;
   }
-  // Both are sorted by given vertices.
-  lengthen(change.edge_before, alone.edge_count(), kNoEdge, stop);
+  went_until(part.face_count());
+  came_until(faces.size());
+  edges_of.find(edges, change);
+  std::size_t edge_count = 0;
+  for (const Run& run : change.edge_runs) edge_count += run.count;
+  for (const LocalChange::Touched& edge : change.touched) {
+    edge_count += edge.before == kNoEdge ? 1 : 0;
+    if (edge.was_lone != edge.is_lone) change.at.insert(change.at.end(), edge.ends.begin(), edge.ends.end());
+  }
+  sort_once_each(change.at);
+  lengthen(change.edge_before, edge_count, kNoEdge, stop);
   lengthen(change.edge_of, part.edge_count(), kNoEdge, stop);
-  const EdgeId end{alone.edge_count()};
-  EdgeId at{0};
-  for (std::uint32_t e = 0; e < part.edge_count(); ++e) {
-    paced.check();
-    const Edge& old = ends_of(before, part.features.first_edge + e);
-    const std::uint64_t key = key_of({given(old[0]), given(old[1])});
-    while (at < end && key_of(ends_of(alone, at)) < key) {
-      paced.check();
-      ++at;
-    }
-    if (at == end || key_of(ends_of(alone, at)) != key) continue;
-    change.edge_of[e] = at;
-    change.edge_before[number_of(at)] = EdgeId{e};
-  }
-  const auto is_among = [](const auto& ascending, EdgeId e) {
-    return std::ranges::binary_search(ascending, e);
-  };
-  const auto lone_before = lone_edges(before);
-  for (auto lone = std::ranges::lower_bound(lone_before, part.features.first_edge);
-       lone != lone_before.end() && *lone < part.features.end_edge; ++lone) {
-    paced.check();
-    const EdgeId now = change.edge_of[*lone - part.features.first_edge];
-    if (now != kNoEdge && is_among(lone_edges(alone), now)) continue;
-    for (const std::uint32_t v : ends_of(before, *lone)) near.touch(given(v));
-  }
-  for (const EdgeId e : lone_edges(alone)) {
-    paced.check();
-    const EdgeId old = change.edge_before[number_of(e)];
-    if (old != kNoEdge && is_among(lone_before, part.features.first_edge + number_of(old))) continue;
-    for (const std::uint32_t v : ends_of(alone, e)) near.touch(v);
-  }
-  change.near = std::move(near).widened();
+  list_both_ways(change.edge_runs, change.edge_of, change.edge_before, stop);
   return change;
 }
 

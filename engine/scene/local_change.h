@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What other elements of a body leave as it was, and near which vertices they do not. Plain values and pure
-// functions; these throw Stopped when told to stop.
+// What other elements of a body leave as it was, and where they do not. Plain values and pure functions;
+// these throw Stopped when told to stop.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/parallel/move_runs.h"
 #include "engine/scene.h"
+#include "engine/scene/connectivity.h"
+#include "engine/scene/numbers.h"
 #include "engine/scene/renumbering.h"
 #include "engine/scene/scene_join.h"
 #include "engine/stop.h"
@@ -16,8 +20,8 @@
 namespace warmfront {
 
 /// A body has other faces and edges on the vertices that it had, few of them others. Numbers count from the
-/// body's first of their kind; `before` are those of the renumbered scene that it was in, the others those of
-/// the body alone: as given, and after renumber() renumbered as well.
+/// body's first of their kind, as given until renumber(). Faces are the same that have the same vertices in
+/// the same order.
 struct LocalChange {
   static constexpr std::uint32_t kNone = 0xffffffff;
   static constexpr EdgeId kNoEdge{kNone};
@@ -26,27 +30,40 @@ struct LocalChange {
   /// as much.
   static constexpr std::size_t kLeastShare = 8;
 
-  /// How near a vertex is to an element that went or came: it is one of its vertices; it shares a face or
-  /// lone edge with such a vertex; with one of these; or none of this.
-  enum class Near : std::uint8_t { kFar, kAt, kBeside, kNext };
+  /// An edge that there is now, or was: of a face that went or came, or of none at either time.
+  struct Touched {
+    Edge ends;                ///< as given, also after renumber()
+    EdgeId before = kNoEdge;  ///< kNoEdge: there was none
+    EdgeId now = kNoEdge;     ///< kNoEdge: it went
+    bool of_face = false;     ///< of one that went or came
+    bool was_lone = false;    ///< it was of no face
+    bool is_lone = false;
+
+    /// Are the faces along it others, or is it one of no face and was not, or the reverse?
+    bool changed() const { return of_face || was_lone != is_lone; }
+  };
 
   std::vector<std::uint32_t> face_before;  ///< by face: the same one before, or kNone
   std::vector<std::uint32_t> face_of;      ///< by face before: the same one, or kNone
   std::vector<EdgeId> edge_before;         ///< likewise, or kNoEdge; edges keep their order
   std::vector<EdgeId> edge_of;
-  std::vector<Near> near;  ///< by vertex
+  std::vector<Run> face_runs;  ///< of faces that stay, from before to now, ascending in both
+  std::vector<Run> edge_runs;
+  std::vector<std::uint32_t> came;  ///< faces, ascending
+  std::vector<Touched> touched;     ///< ascending
+  std::vector<std::uint32_t> at;    ///< vertices of faces that went or came, and of edges of no face that did
+  bool faces_ascend = true;         ///< faces that stay keep their order: before renumber() they do
 
-  /// As of `numbering`, which is of the body alone.
-  void renumber(const Renumbering& numbering, StopSignal stop);
+  /// Faces as renumbered: before, when the body was `part` of what `before` is of, and now, by `now`, which
+  /// is of the body alone. Vertices likewise.
+  void renumber(const Renumbering& before, const MeshRange& part, const Renumbering& now, StopSignal stop);
 };
 
-/// `part` is the body's range in the renumbered scene `before` of `numbering`, in which its faces are those
-/// that were given for the same range; `alone` the body with its other elements, whose vertices have these
-/// given numbers. Faces are the same that have the same vertices in the same order, and keep their order
-/// among each other. Nothing where more than one element in kLeastShare is another one. O(elements of the
-/// body).
-std::optional<LocalChange> find_local_change(const Scene& before, const Renumbering& numbering,
-                                             const MeshRange& part, const Scene& alone,
-                                             std::span<const GivenVertex> given_vertices, StopSignal stop);
+/// `part` is the body's range in the scene `before`, as given and with its faces by body; `faces` and
+/// `edges`, which were checked, are what it has now. Nothing where more than one element in kLeastShare is
+/// another one. O(faces + edges given besides), of which most is comparing.
+std::optional<LocalChange> find_local_change(const Scene& before, const MeshRange& part,
+                                             std::span<const std::array<std::int32_t, 3>> faces,
+                                             std::span<const GivenEdge> edges, StopSignal stop);
 
 }  // namespace warmfront

@@ -2,7 +2,6 @@
 #include "engine/scene/orphans.h"
 
 #include <algorithm>
-#include <string>
 
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
@@ -28,49 +27,6 @@ bool is_orphan_ee(const Scene& scene, EdgeId e1, EdgeId e2) {
                                [&](std::uint32_t h) { return adjacent(scene.faces()[g], scene.faces()[h]); });
   });
 }
-
-}  // namespace
-
-Status check_hubs(const Scene& scene, StopSignal stop, std::uint32_t* worst) {
-  PacedStop paced(stop);
-  std::uint64_t adjacencies = 0;
-  std::uint64_t corners = 0;
-  std::uint64_t ends = 0;
-  std::uint64_t greatest = 0;
-  std::uint32_t hub = 0;
-  const auto count = [&](std::uint32_t first, std::uint32_t end) {
-    for (std::uint32_t v = first; v < end; ++v) {
-      paced.check();
-      const std::uint64_t faces = scene.vertex_faces()[v].size();
-      const std::uint64_t degree = faces + scene.lone_edges_of(v).size();
-      adjacencies += degree * degree;
-      corners += faces;
-      ends += degree - faces;
-      if (degree > greatest) {
-        greatest = degree;
-        hub = v;
-      }
-    }
-  };
-  if (scene.bodies().empty()) count(0, scene.vertex_count());
-  for (const Body& body : scene.bodies()) {
-    paced.check();
-    if (body.kind == BodyKind::kDeformable && body.self_collision)
-      count(body.first_vertex, body.first_vertex + body.vertex_count);
-  }
-  const std::uint64_t most = std::max(kMostAdjacencies, kMostAdjacenciesAFace * (corners / 3 + ends / 2));
-  if (adjacencies < most) return {};
-  if (worst != nullptr) *worst = hub;
-  const std::string elements = ends > 0 ? " faces and edges" : " faces";
-  return Error{ErrorCode::kResourceExhausted,
-               "faces: " + std::to_string(adjacencies) + " pairs of" + elements +
-                   " share a vertex of bodies that are tested against themselves, more than " +
-                   std::to_string(most) + "; vertex " + std::to_string(hub) + " alone is in " +
-                   std::to_string(greatest) + elements +
-                   ": split it, or switch its body's self_collision off"};
-}
-
-namespace {
 
 // Of a vertex of no face: the first lone edge around it tests it against all faces but those at its other
 // end.
@@ -101,38 +57,49 @@ void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<VertexFa
   consider_around(last, true);
 }
 
-// The first face along an orphan's other edge has its opposite corner at the lone edge. Of edges that both
-// lone and other ones have, the lesser finds the pair.
+// Which orphans of an edge are looked for. Each of two edges finds their pair.
+enum class With : std::uint8_t { kGreater, kAll };
+
+EdgeEdgeIds in_order(EdgeId e1, EdgeId e2) {
+  return {std::min(e1, e2), std::max(e1, e2)};
+}
+
+// The first face along an orphan's other edge has its opposite corner at the lone edge.
+template <With kWith>
 void orphans_of_lone_edge(const Scene& scene, EdgeId lone, std::vector<EdgeEdgeIds>& found) {
   for (const std::uint32_t v : ends_of(scene, lone)) {
     for (const std::uint32_t h : scene.vertex_faces()[v]) {
       for (const EdgeId e : sides_of(scene, h))
-        if (lone < e && is_orphan_lone(scene, lone, e)) found.push_back({lone, e});
+        if ((kWith == With::kAll || lone < e) && is_orphan_lone(scene, lone, e))
+          found.push_back(in_order(lone, e));
     }
   }
 }
 
 // The same from the other edge, of a face whose corner off the edge is `opposite`.
+template <With kWith>
 void lone_edges_at(const Scene& scene, EdgeId e, std::uint32_t opposite, std::vector<EdgeEdgeIds>& found) {
   for (const EdgeId lone : lone_edges_of(scene, opposite))
-    if (e < lone && is_orphan_lone(scene, lone, e)) found.push_back({e, lone});
+    if ((kWith == With::kAll || e < lone) && is_orphan_lone(scene, lone, e))
+      found.push_back(in_order(e, lone));
 }
 
 // As orphans_of_vertex(): the first face along an orphan's other edge contains a, b or c of the first face
 // (a, b, c) along this edge, (a, b); not both a and b, or the edges would share a vertex. Faces that repeat
 // an index give some pairs twice: gather() removes duplicates.
+template <With kWith>
 void orphans_of_edge(const Scene& scene, EdgeId e1, std::vector<EdgeEdgeIds>& found) {
   const auto along = faces_along(scene, e1);
-  if (along.empty()) return orphans_of_lone_edge(scene, e1, found);
+  if (along.empty()) return orphans_of_lone_edge<kWith>(scene, e1, found);
   const auto [a, b] = ends_of(scene, e1);
   const Face& first = scene.faces()[along.front()];
   for (const std::uint32_t corner : first)
-    if (corner != a && corner != b) lone_edges_at(scene, e1, corner, found);
+    if (corner != a && corner != b) lone_edges_at<kWith>(scene, e1, corner, found);
   const Face& second = scene.faces()[along.back()];
   const auto consider = [&](std::uint32_t h, EdgeId e2) {
-    if (e1 < e2 && faces_along(scene, e2).front() == h &&
+    if ((kWith == With::kAll || e1 < e2) && faces_along(scene, e2).front() == h &&
         !share_vertex(ends_of(scene, e1), ends_of(scene, e2)) && is_orphan_ee(scene, e1, e2))
-      found.push_back({e1, e2});
+      found.push_back(in_order(e1, e2));
   };
   for (const std::uint32_t corner : first) {
     for (const std::uint32_t h : scene.vertex_faces()[corner]) {
@@ -214,71 +181,127 @@ Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSig
       gather<VertexFaceIds>(NewVertex{range.first_vertex}, NewVertex{range.end_vertex}, stop,
                             [&](NewVertex v, auto& found) { orphans_of_vertex(scene, number_of(v), found); }),
       gather<EdgeEdgeIds>(range.first_edge, range.end_edge, stop,
-                          [&](EdgeId e, auto& found) { orphans_of_edge(scene, e, found); })};
+                          [&](EdgeId e, auto& found) { orphans_of_edge<With::kGreater>(scene, e, found); })};
 }
 
 namespace {
 
-// Rows of `before` are of features that ascend; those of each that is not near the change are taken over: it
-// was what `before_of` says, and the others are now what `renumbered` says.
-template <class A, class B, class IsNear, class OfEach, class BeforeOf, class Renumbered>
-std::vector<FeatureIds<A, B>> follow(const std::vector<FeatureIds<A, B>>& before, std::uint32_t count,
-                                     StopSignal stop, IsNear&& is_near, OfEach&& of_each,
-                                     BeforeOf&& before_of, Renumbered&& renumbered) {
-  PacedStop paced(stop, 64);
-  std::vector<FeatureIds<A, B>> all;
-  reserve(all, before.size() + before.size() / 16, stop);
-  std::vector<FeatureIds<A, B>> found;
-  std::size_t at = 0;
-  for (A id{0}; id < A{count}; ++id) {
-    paced.check();
-    found.clear();
-    if (is_near(id)) {
-      of_each(id, found);
-    } else {
-      const A old = before_of(id);
-      while (at < before.size() && before[at].a < old) {
-        paced.check();
-        ++at;
-      }
-      for (; at < before.size() && before[at].a == old; ++at) found.push_back({id, renumbered(before[at].b)});
+constexpr std::uint32_t kNone = LocalChange::kNone;
+constexpr EdgeId kNoEdge = LocalChange::kNoEdge;
+
+template <class Ids>
+void sort_once_each(std::vector<Ids>& ids) {
+  std::ranges::sort(ids);
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
+
+// Merges `made` with those of `before` that `stays` takes over, of which both ascend.
+template <class Ids, class Stays>
+std::vector<Ids> follow(const std::vector<Ids>& before, const std::vector<Ids>& made, StopSignal stop,
+                        Stays&& stays) {
+  std::vector<Ids> all;
+  reserve(all, before.size() + made.size(), stop);
+  auto next = made.begin();
+  in_pieces(0, before.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      Ids pair;
+      if (!stays(before[i], pair)) continue;
+      while (next != made.end() && *next < pair) all.push_back(*next++);
+      all.push_back(pair);
     }
-    std::ranges::sort(found);
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    all.insert(all.end(), found.begin(), found.end());
-  }
+  });
+  all.insert(all.end(), next, made.end());
   return all;
+}
+
+// Vertices of which any orphan may be another one: those of what changed, and, where a vertex is of no face,
+// that at the other end of its first lone edge.
+std::vector<std::uint32_t> vertices_to_find(const Scene& scene, const LocalChange& change) {
+  std::vector<std::uint32_t> vertices = change.at;
+  for (const std::uint32_t v : change.at) {
+    for (const EdgeId e : lone_edges_of(scene, v)) {
+      for (const std::uint32_t w : ends_of(scene, e))
+        if (scene.vertex_faces()[w].empty()) vertices.push_back(w);
+    }
+  }
+  sort_once_each(vertices);
+  return vertices;
+}
+
+std::vector<VertexFaceIds> follow_vertices(const Scene& scene, const Orphans& before, const MeshRange& part,
+                                           const LocalChange& change, StopSignal stop) {
+  PacedStop paced(stop, 16);
+  std::vector<VertexFaceIds> made;
+  const std::vector<std::uint32_t> vertices = vertices_to_find(scene, change);
+  std::vector<std::uint8_t> found;
+  lengthen(found, scene.vertex_count(), std::uint8_t{0}, stop);
+  for (const std::uint32_t v : vertices) {
+    paced.check();
+    found[v] = 1;
+    orphans_of_vertex(scene, v, made);
+  }
+  // Of others, with a face that came: each face around such a vertex has one of its vertices.
+  for (const std::uint32_t f : change.came) {
+    const Face& face = scene.faces()[f];
+    for (const std::uint32_t u : face) {
+      for (const std::uint32_t g : scene.vertex_faces()[u]) {
+        paced.check();
+        for (const std::uint32_t v : scene.faces()[g])
+          if (found[v] == 0 && is_orphan_vf(scene, v, face)) made.push_back({NewVertex{v}, NewFace{f}});
+      }
+    }
+  }
+  sort_once_each(made);
+  const NewVertex first_vertex{part.features.first_vertex};
+  const NewFace first_face{part.first_face};
+  const auto stays = [&](const VertexFaceIds& pair, VertexFaceIds& now) {
+    const std::uint32_t v = pair.a - first_vertex;
+    const std::uint32_t f = change.face_of[pair.b - first_face];
+    now = {NewVertex{v}, NewFace{f}};
+    return f != kNone && found[v] == 0;
+  };
+  if (change.faces_ascend) return follow(before.vertex_face, made, stop, stays);
+  std::vector<VertexFaceIds> all;
+  reserve(all, before.vertex_face.size() + made.size(), stop);
+  for (const VertexFaceIds& pair : before.vertex_face) {
+    paced.check();
+    VertexFaceIds now;
+    if (stays(pair, now)) all.push_back(now);
+  }
+  append(all, std::span<const VertexFaceIds>(made), stop);
+  sort_in_parallel(all, stop, std::less<>());
+  return all;
+}
+
+std::vector<EdgeEdgeIds> follow_edges(const Scene& scene, const Orphans& before, const MeshRange& part,
+                                      const LocalChange& change, StopSignal stop) {
+  PacedStop paced(stop, 16);
+  std::vector<EdgeEdgeIds> made;
+  std::vector<EdgeId> edge_of;  // of those that did not change
+  append(edge_of, std::span<const EdgeId>(change.edge_of), stop);
+  for (const LocalChange::Touched& edge : change.touched) {
+    paced.check();
+    if (!edge.changed()) continue;
+    if (edge.before != kNoEdge) edge_of[number_of(edge.before)] = kNoEdge;
+    if (edge.now != kNoEdge) orphans_of_edge<With::kAll>(scene, edge.now, made);
+  }
+  sort_once_each(made);
+  const EdgeId first = part.features.first_edge;
+  return follow(before.edge_edge, made, stop, [&](const EdgeEdgeIds& pair, EdgeEdgeIds& now) {
+    now = {edge_of[pair.a - first], edge_of[pair.b - first]};
+    return now.a != kNoEdge && now.b != kNoEdge;
+  });
 }
 
 }  // namespace
 
-// The faces around a vertex change where it is of one that went or came, and of these the orphans of a vertex
-// are that share one with its first face. Those of an edge depend on the faces along it, on those around
-// their vertices, and on all along the sides of these: at an edge of which both ends are far, these are as
-// they were.
+// Whether a vertex and a face, or two edges, are orphans follows from the vertices of that face and of the
+// faces around the vertex, or along both edges: where none of these went or came, it stays so.
 Orphans enumerate_orphans(const Scene& scene, const Orphans& before, const MeshRange& part,
                           const LocalChange& change, StopSignal stop) {
-  using Near = LocalChange::Near;
   Orphans orphans;
-  const auto near = [&](NewVertex v) { return change.near[number_of(v)]; };
-  orphans.vertex_face = follow(
-      before.vertex_face, scene.vertex_count(), stop,
-      [&](NewVertex v) { return near(v) == Near::kAt || near(v) == Near::kBeside; },
-      [&](NewVertex v, auto& found) { orphans_of_vertex(scene, number_of(v), found); },
-      [&](NewVertex v) { return v + part.features.first_vertex; },
-      [&](NewFace f) { return NewFace{change.face_of[f - NewFace{part.first_face}]}; });
-  orphans.edge_edge = follow(
-      before.edge_edge, scene.edge_count(), stop,
-      [&](EdgeId e) {
-        return std::ranges::any_of(ends_of(scene, e),
-                                   [&](std::uint32_t v) { return change.near[v] != Near::kFar; });
-      },
-      [&](EdgeId e, auto& found) { orphans_of_edge(scene, e, found); },
-      [&](EdgeId e) { return part.features.first_edge + number_of(change.edge_before[number_of(e)]); },
-      [&](EdgeId e) { return change.edge_of[e - part.features.first_edge]; });
-  stop.check();
-  orphans.vertex_face.shrink_to_fit();
-  orphans.edge_edge.shrink_to_fit();
+  fork_two([&] { orphans.vertex_face = follow_vertices(scene, before, part, change, stop); },
+           [&] { orphans.edge_edge = follow_edges(scene, before, part, change, stop); });
   return orphans;
 }
 

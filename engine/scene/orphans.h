@@ -50,7 +50,8 @@ inline constexpr std::uint64_t kMostAdjacenciesAFace = 256;
 /// a hub vertex, as is the result. Throws Stopped when told to stop.
 Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop = {});
 /// The same of a body alone that has changed locally, renumbered: `before` are those of when it was `part` of
-/// a scene. What is far from the change is as it was. O(n). Throws Stopped when told to stop.
+/// a scene. What has nothing to do with the change is taken over. O(n). Parallel inside Workers::run().
+/// Throws Stopped when told to stop.
 Orphans enumerate_orphans(const Scene& scene, const Orphans& before, const MeshRange& part,
                           const LocalChange& change, StopSignal stop);
 /// Of questions that ask which edges meet which faces, the same: edges in `range` and faces without a common

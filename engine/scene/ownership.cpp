@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <unordered_map>
+#include <utility>
 
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
@@ -69,8 +70,13 @@ void Ownership::splice(std::span<const Slice> slices, std::span<const Run> runs,
   move_runs(records_, runs, face_count);
   move_runs(signatures_, runs, face_count);
   std::size_t to = 0;
-  for (const auto& [ownership, first_face, end_face, shift] : slices) {
+  for (const auto& [ownership, first_face, end_face, shift, changed] : slices) {
     const std::size_t end = to + end_face - first_face;
+    if (changed != nullptr) {
+      take(*changed, shift);
+      to = end;
+      continue;
+    }
     if (ownership != nullptr) {
       std::copy_n(ownership->records_.begin() + first_face, end - to,
                   records_.begin() + static_cast<std::ptrdiff_t>(to));
@@ -81,6 +87,31 @@ void Ownership::splice(std::span<const Slice> slices, std::span<const Run> runs,
       for (std::size_t f = to; f < end; ++f) Ownership::shift(records_[f], signatures_[f], shift);
     }
     to = end;
+  }
+}
+
+// What stays was moved to its place.
+void Ownership::take(const Changed& changed, const NumberShift& shift) noexcept {
+  const LocalChange& change = changed.change_;
+  const std::uint32_t first_before = changed.part_.first_face;
+  const std::uint32_t vertex = shift.vertex - changed.part_.features.first_vertex;  // all modulo 2^32
+  const bool in_place =
+      shift.face == first_before &&
+      std::ranges::all_of(change.face_runs, [](const Run& run) { return run.from == run.to; });
+  for (const Run& run : change.face_runs) {
+    if (in_place && vertex == 0) break;
+    for (std::size_t f = shift.face + run.to; f < shift.face + run.to + run.count; ++f) {
+      if (vertex != 0) Ownership::shift(records_[f], signatures_[f], {vertex, 0, 0});
+      for (Face* first : {&records_[f].first_of_vertex, &records_[f].first_of_edge}) {
+        for (std::uint32_t& g : *first) g = change.face_of[g - first_before] + shift.face;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < changed.faces_.size(); ++i) {
+    const std::size_t f = shift.face + std::size_t{changed.faces_[i]};
+    records_[f] = changed.records_[i];
+    signatures_[f] = changed.signatures_[i];
+    if (shift.any()) Ownership::shift(records_[f], signatures_[f], shift);
   }
 }
 
@@ -172,10 +203,10 @@ Ownership::Ownership(const Scene& scene, const Ownership& before, const MeshRang
   reserve(records_, scene.face_count(), stop);
   reserve(signatures_, scene.face_count(), stop);
   const NumberShift to_body{0 - part.features.first_vertex, 0, 0};
-  const auto is_as_it_was = [&](const Face& face) {
-    return std::ranges::none_of(face,
-                                [&](std::uint32_t v) { return change.near[v] == LocalChange::Near::kAt; });
-  };
+  std::vector<std::uint8_t> at;
+  lengthen(at, scene.vertex_count(), std::uint8_t{0}, stop);
+  for (const std::uint32_t v : change.at) at[v] = 1;
+  const auto is_as_it_was = [&](const Face& face) { return (at[face[0]] | at[face[1]] | at[face[2]]) == 0; };
   for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
     paced.check();
     if (!is_as_it_was(scene.faces()[f])) {
@@ -190,6 +221,25 @@ Ownership::Ownership(const Scene& scene, const Ownership& before, const MeshRang
     if (to_body.any()) shift(records_[f], signatures_[f], to_body);
     for (Face* first : {&records_[f].first_of_vertex, &records_[f].first_of_edge}) {
       for (std::uint32_t& g : *first) g = change.face_of[g - part.first_face];
+    }
+  }
+}
+
+// Those of a vertex of what went or came.
+Ownership::Changed::Changed(const Scene& scene, const MeshRange& part, const LocalChange& change,
+                            StopSignal stop)
+    : part_(part), change_(change) {
+  PacedStop paced(stop, 256);
+  std::vector<std::uint8_t> taken;
+  lengthen(taken, scene.face_count(), std::uint8_t{0}, stop);
+  Recorder recorder(scene);
+  for (const std::uint32_t v : change.at) {
+    for (const std::uint32_t f : scene.vertex_faces()[v]) {
+      paced.check();
+      if (std::exchange(taken[f], std::uint8_t{1}) != 0) continue;
+      faces_.push_back(f);
+      signatures_.push_back(0);
+      recorder.make(f, records_.emplace_back(), signatures_.back());
     }
   }
 }

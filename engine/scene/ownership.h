@@ -35,13 +35,17 @@ class Ownership {
   Ownership(const Scene& scene, const Ownership& before, const MeshRange& part, const LocalChange& change,
             StopSignal stop);
 
+  class Changed;
+
   /// Faces that become the next ones of a scene that is put together of such, with their neighbours, whose
-  /// numbers are shifted alike. `ownership` null: they are among this one's.
+  /// numbers are shifted alike. `ownership` null: they are among this one's; with `changed`, those are that
+  /// stay of them, and the shift is that of the others.
   struct Slice {
     const Ownership* ownership = nullptr;
     std::uint32_t first_face = 0;
     std::uint32_t end_face = 0;
     NumberShift shift;
+    const Changed* changed = nullptr;
   };
   /// Makes room for splice() to so many faces. Throws Stopped when told to stop; nothing has changed then.
   void make_room(std::uint32_t face_count, StopSignal stop);
@@ -91,6 +95,7 @@ class Ownership {
 
   class Recorder;
 
+  void take(const Changed& changed, const NumberShift& shift) noexcept;
   static void shift(Record& record, std::uint64_t& signature, const NumberShift& by);
   bool perhaps_near(const Record& f, const Record& g) const;
   bool perhaps_adjacent(std::uint32_t f, std::uint32_t g) const {
@@ -103,6 +108,24 @@ class Ownership {
   const Scene* scene_;
   std::vector<Record> records_;
   std::vector<std::uint64_t> signatures_;  // a face's three vertices as a 64-bit Bloom filter
+};
+
+/// Of a body that has changed locally, of which the faces that stay keep their order: what is made anew, so
+/// that all else is changed where it is.
+class Ownership::Changed {
+ public:
+  /// `scene` is the body alone, renumbered, which was `part` of another; `change` outlives this. O(n), little
+  /// more than the change takes. Throws Stopped when told to stop.
+  Changed(const Scene& scene, const MeshRange& part, const LocalChange& change, StopSignal stop);
+
+ private:
+  friend class Ownership;
+
+  const MeshRange part_;
+  const LocalChange& change_;
+  std::vector<std::uint32_t> faces_;  // that are made anew
+  std::vector<Record> records_;       // of these
+  std::vector<std::uint64_t> signatures_;
 };
 
 }  // namespace warmfront

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
 #include "engine/scene/scene_edges.h"
 
@@ -166,7 +167,14 @@ Patches join_patches(std::span<const PatchesSlice> slices, StopSignal stop) {
     for (const std::uint32_t number : row) to.items.push_back(number + shift);
     to.begin.push_back(static_cast<std::uint32_t>(to.items.size()));
   };
+  std::size_t faces = 0;
+  for (const PatchesSlice& slice : slices) faces += slice.end_face - slice.first_face;
+  reserve(result.of_face, faces, stop);
   for (const auto& [patches, first_face, end_face, shift] : slices) {
+    if (patches->count() == 0) {
+      lengthen(result.of_face, result.of_face.size() + end_face - first_face, Patches::kNone, stop);
+      continue;
+    }
     std::vector<std::uint32_t> renumbered(patches->count(), Patches::kNone);
     for (std::uint32_t f = first_face; f < end_face; ++f) {
       paced.check();

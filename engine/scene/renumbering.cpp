@@ -72,20 +72,24 @@ Renumbering Renumbering::join(std::span<const Slice> slices, StopSignal stop) {
     const std::uint32_t vertex =
         static_cast<std::uint32_t>(result.given_vertex_.size()) - range.features.first_vertex;
     const std::uint32_t face = static_cast<std::uint32_t>(result.given_face_.size()) - range.first_face;
-    in_pieces(
-        range.features.first_vertex, range.features.end_vertex, stop,
-        [&](std::size_t first, std::size_t end) {
-          for (std::size_t v = first; v < end; ++v) {
-            result.given_vertex_.push_back(GivenVertex{number_of(numbering->given_vertex_[v]) + vertex});
-            result.new_vertex_.push_back(NewVertex{number_of(numbering->new_vertex_[v]) + vertex});
-          }
-        });
+    in_pieces(range.features.first_vertex, range.features.end_vertex, stop,
+              [&](std::size_t first, std::size_t end) {
+                const std::size_t at = result.given_vertex_.size();
+                result.given_vertex_.resize(at + end - first);
+                result.new_vertex_.resize(at + end - first);
+                for (std::size_t i = 0; i < end - first; ++i) {
+                  result.given_vertex_[at + i] = numbering->given_vertex_[first + i] + vertex;
+                  result.new_vertex_[at + i] = numbering->new_vertex_[first + i] + vertex;
+                }
+              });
     in_pieces(range.first_face, range.end_face, stop, [&](std::size_t first, std::size_t end) {
-      for (std::size_t f = first; f < end; ++f) {
-        const std::uint32_t old = number_of(numbering->given_face_[f]);
+      const std::size_t at = result.given_face_.size();
+      result.given_face_.resize(at + end - first);
+      for (std::size_t i = 0; i < end - first; ++i) {
+        const std::uint32_t old = number_of(numbering->given_face_[first + i]);
         const std::uint32_t given = (rank.empty() ? old : rank[old]) + face;
-        result.new_face_[given] = NewFace{static_cast<std::uint32_t>(result.given_face_.size())};
-        result.given_face_.push_back(GivenFace{given});
+        result.new_face_[given] = NewFace{static_cast<std::uint32_t>(at + i)};
+        result.given_face_[at + i] = GivenFace{given};
       }
     });
   }
@@ -102,16 +106,19 @@ void Renumbering::extend(const Scene& scene, std::span<const Primitive> order, S
     new_vertex_[vertex] = NewVertex{static_cast<std::uint32_t>(given_vertex_.size())};
     given_vertex_.push_back(GivenVertex{vertex});
   };
+  const bool all_met = given_vertex_.size() == scene.vertex_count();
   PacedStop paced(stop);
   for (const Primitive primitive : order) {
     paced.check();
     if (!is_face(primitive)) {
+      if (all_met) continue;
       for (const std::uint32_t vertex : primitive_vertices(scene, primitive)) meet(vertex);
       continue;
     }
     const std::uint32_t face = face_number(primitive);
     new_face_[face] = NewFace{static_cast<std::uint32_t>(given_face_.size())};
     given_face_.push_back(GivenFace{face});
+    if (all_met) continue;
     for (const std::uint32_t vertex : scene.faces()[face]) meet(vertex);
   }
 }

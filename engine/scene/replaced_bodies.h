@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/scene.h"
+#include "engine/scene/local_change.h"
 
 namespace warmfront {
 
@@ -21,6 +22,8 @@ struct ReplacedBodies {
     Scene alone;  ///< the body as a scene of its own
     /// The change that has its positions; kNoChange: it keeps its vertices, and has other elements.
     std::size_t positions_of = kNoChange;
+    /// Where it keeps its vertices and has changed locally: what is left of what it was, as given.
+    std::optional<LocalChange> change = std::nullopt;
 
     bool keeps_vertices() const { return positions_of == kNoChange; }
   };

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/changed_scene.h"
 #include "engine/scene/description_checks.h"
 
 namespace warmfront {
@@ -31,13 +32,39 @@ Status check_has_mesh(const Body& body, const std::string& where) {
 
 }  // namespace
 
-// The body as a scene of its own, which says whether it is well formed.
-Result<Scene> SceneEdit::alone(Body body, BodyAddition addition) const {
+SceneDescription SceneEdit::description_of(Body body, BodyAddition addition) {
   body.first_vertex = 0;
   SceneDescription description{body.vertex_count, std::move(addition.faces), {std::move(body)}};
   description.edges = std::move(addition.edges);
   description.thickness = std::move(addition.thickness);
-  return Scene::create(std::move(description), stop_);
+  return description;
+}
+
+// The body as a scene of its own, which says whether it is well formed.
+Result<Scene> SceneEdit::alone(Body body, BodyAddition addition) const {
+  return Scene::create(description_of(std::move(body), std::move(addition)), stop_);
+}
+
+// The same of one that keeps its vertices. Where it was not replaced before, and few elements are others, it
+// is made of what it was.
+Result<ReplacedBodies::Piece> SceneEdit::with_elements(std::uint32_t index, BodyAddition elements) const {
+  const auto before = pieces_.find(index);
+  ReplacedBodies::Piece piece{index, {}};
+  if (before != pieces_.end()) piece.positions_of = before->second.positions_of;
+  SceneDescription description = description_of(scene_.bodies_[index], std::move(elements));
+  if (before == pieces_.end()) {
+    if (Status status = check_description(description, stop_); !status) return status.error();
+    const MeshRange range = range_before(index, index + 1);
+    piece.change = find_local_change(*ordered_, range, description.faces, description.edges, stop_);
+    if (piece.change) {
+      piece.alone = ChangedScene::as_given(*ordered_, range, std::move(description), *piece.change, stop_);
+      return piece;
+    }
+  }
+  Result<Scene> alone = Scene::create(std::move(description), stop_);
+  if (!alone) return alone.error();
+  piece.alone = std::move(alone).value();
+  return piece;
 }
 
 Status SceneEdit::check_bodies() const {
@@ -83,13 +110,14 @@ void SceneEdit::order_faces() {
 }
 
 // The body is this from now on. Nothing has changed after an error.
-Status SceneEdit::take_piece(std::uint32_t index, Scene alone, std::size_t positions_of) {
+Status SceneEdit::take_piece(ReplacedBodies::Piece piece) {
+  const std::uint32_t index = piece.body;
   Sizes with_it = sizes_;
   if (index < scene_.bodies_.size()) with_it.subtract(sizes_of(index));
-  with_it.add(sizes_of(alone));
+  with_it.add(sizes_of(piece.alone));
   if (Status status = check_size(with_it.vertices, with_it.faces, with_it.lone_edges); !status)
     return Error{status.error().code, name_of(index) + ": with it, " + status.error().message};
-  pieces_.insert_or_assign(index, ReplacedBodies::Piece{index, std::move(alone), positions_of});
+  pieces_.insert_or_assign(index, std::move(piece));
   sizes_ = with_it;
   return {};
 }
@@ -111,7 +139,7 @@ Status SceneEdit::carry_out(AddBody& change, std::size_t at) {
     if (Status status = check_rest_shape(body, change.positions, where, stop_); !status)
       return status.error();
   }
-  if (Status status = take_piece(index, std::move(added).value(), at); !status) return status;
+  if (Status status = take_piece({index, std::move(added).value(), at}); !status) return status;
   if (rests || !filters().patches.empty()) changed_filters().append_body(body.vertex_count, change.positions);
   scene_.name_bytes_ += body.name.size();
   scene_.bodies_.push_back(std::move(body));
@@ -171,11 +199,9 @@ Status SceneEdit::carry_out(ReplaceElements& change, std::size_t /*at*/) {
   elements.faces = std::move(change.faces);
   elements.edges = std::move(change.edges);
   elements.thickness.assign(thickness.begin(), thickness.end());
-  Result<Scene> other = alone(body, std::move(elements));
+  Result<ReplacedBodies::Piece> other = with_elements(index, std::move(elements));
   if (!other) return Error{other.error().code, name_of(index) + ": " + other.error().message};
-  const auto piece = pieces_.find(index);
-  return take_piece(index, std::move(other).value(),
-                    piece != pieces_.end() ? piece->second.positions_of : ReplacedBodies::kNoChange);
+  return take_piece(std::move(other).value());
 }
 
 Status SceneEdit::carry_out(ReplaceBody& change, std::size_t at) {
@@ -207,7 +233,7 @@ Status SceneEdit::carry_out(ReplaceBody& change, std::size_t at) {
   Body& old = scene_.bodies_[index];
   body.first_vertex = old.first_vertex;
   if (Status status = replace_filtered(old, body, change.positions, where); !status) return status;
-  if (Status status = take_piece(index, std::move(other).value(), at); !status) return status;
+  if (Status status = take_piece({index, std::move(other).value(), at}); !status) return status;
   const std::uint32_t shift = body.vertex_count - old.vertex_count;
   for (std::size_t b = std::size_t{index} + 1; b < scene_.bodies_.size(); ++b)
     scene_.bodies_[b].first_vertex += shift;

@@ -58,8 +58,10 @@ class SceneEdit {
   MeshRange range_before(std::uint32_t first, std::uint32_t end) const;
   std::span<const double> thickness_of(std::uint32_t index) const;
   Status check_index(std::uint32_t index) const;
+  static SceneDescription description_of(Body body, BodyAddition addition);
   Result<Scene> alone(Body body, BodyAddition addition) const;
-  Status take_piece(std::uint32_t index, Scene alone, std::size_t positions_of);
+  Result<ReplacedBodies::Piece> with_elements(std::uint32_t index, BodyAddition elements) const;
+  Status take_piece(ReplacedBodies::Piece piece);
   Status replace_whole(ReplaceElements& change);
   Status replace_filtered(const Body& old, const Body& body, std::span<const double> positions,
                           const std::string& where);

@@ -16,6 +16,11 @@ template <class T>
 void append_shifted(std::vector<T>& to, const std::vector<T>& from, std::size_t first, std::size_t end,
                     std::uint32_t shift, StopSignal stop) {
   in_pieces(first, end, stop, [&](std::size_t begin, std::size_t piece_end) {
+    if (shift == 0) {
+      to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(begin),
+                from.begin() + static_cast<std::ptrdiff_t>(piece_end));
+      return;
+    }
     const std::size_t at = to.size();
     to.resize(at + piece_end - begin);
     const T* read = from.data() + begin;
@@ -47,6 +52,12 @@ void append_within(std::vector<std::uint32_t>& to, const std::vector<std::uint32
   append_shifted(to, from, static_cast<std::size_t>(begin), static_cast<std::size_t>(behind), shift, stop);
 }
 
+// Are these all vertices, faces and edges of a scene?
+bool is_all(const MeshRange& range, const Scene& scene) {
+  return range.vertex_count() == scene.vertex_count() && range.face_count() == scene.face_count() &&
+         range.edge_count() == scene.edge_count();
+}
+
 }  // namespace
 
 MeshRange mesh_range(const Scene& scene, std::uint32_t first_vertex, std::uint32_t end_vertex) {
@@ -65,6 +76,11 @@ NumberShift shift_between(const MeshRange& from, const MeshRange& to) {
 
 Scene SceneJoin::join(std::span<const SceneSlice> slices, std::uint32_t body_count, StopSignal stop) {
   Scene result;
+  if (slices.size() == 1 && is_all(slices[0].range, *slices[0].scene) && slices[0].body_shift == 0 &&
+      slices[0].scene->mesh_->body_count == body_count) {
+    result.mesh_ = slices[0].scene->mesh_;
+    return result;
+  }
   Scene::Mesh& to = result.own_mesh();
   to.body_count = body_count;
   std::size_t vertices = 0, faces = 0, edges = 0, around = 0, along = 0;

@@ -52,7 +52,7 @@ struct SceneSlice {
 class SceneJoin {
  public:
   /// A scene without declared bodies or filters, of `body_count` bodies, of these slices one after the other.
-  /// O(scene).
+  /// O(scene), unless one is all of it: that is shared.
   static Scene join(std::span<const SceneSlice> slices, std::uint32_t body_count, StopSignal stop);
 
   /// Orders the faces of a scene by body, those of each in the order that they had. Returns the number that

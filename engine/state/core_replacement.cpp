@@ -9,7 +9,7 @@
 
 namespace warmfront {
 
-CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedBodies& replaced,
+CoreReplacement::CoreReplacement(Core& core, const Scene& scene, ReplacedBodies& replaced,
                                  std::span<const std::span<const double>> positions,
                                  std::span<const HeldOrder> held, StopSignal stop)
     : core_(core),
@@ -17,11 +17,19 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedB
       new_parts_(new_parts(scene, replaced, positions, held, stop)),
       topology_(*core.topology, new_parts_, replaced.face_rank, stop) {
   changes_.reserve(topology_.part_count());
-  for (std::uint32_t p = 0; p < topology_.part_count(); ++p)
-    changes_.push_back(
-        topology_.is_new(PartId{p})
-            ? PartChange{.is_new = true, .keeps_hierarchy = topology_.keeps_hierarchy(PartId{p})}
-            : PartChange{.shift = topology_.shift(PartId{p})});
+  for (std::uint32_t p = 0; p < topology_.part_count(); ++p) {
+    const PartId part{p};
+    PartChange& change = changes_.emplace_back();
+    change.is_new = topology_.is_new(part);
+    if (!change.is_new) {
+      change.shift = topology_.shift(part);
+      continue;
+    }
+    change.keeps_hierarchy = topology_.keeps_hierarchy(part);
+    if (change.keeps_hierarchy &&
+        topology_.ranges()[p].features.first_vertex == core.topology->parts[p].features.first_vertex)
+      change.changed_blocks = topology_.changed_blocks(part);
+  }
   for (const ReplacedBodies::Piece& piece : replaced.pieces)
     changes_[piece.body].keeps_vertices = piece.keeps_vertices();
   make_motion(scene, replaced, stop);
@@ -48,38 +56,52 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedB
 }
 
 std::vector<TopologyReplacement::NewPart> CoreReplacement::new_parts(
-    const Scene& scene, const ReplacedBodies& replaced, std::span<const std::span<const double>> positions,
+    const Scene& scene, ReplacedBodies& replaced, std::span<const std::span<const double>> positions,
     std::span<const HeldOrder> held, StopSignal stop) {
   std::vector<TopologyReplacement::NewPart> parts;
   parts.reserve(replaced.pieces.size());
-  gathered_.reserve(replaced.pieces.size());
   PacedStop paced(stop);
-  for (const ReplacedBodies::Piece& piece : replaced.pieces) {
+  for (ReplacedBodies::Piece& piece : replaced.pieces) {
     TopologyReplacement::NewPart& part = parts.emplace_back();
     part.piece = &piece;
     part.tests_itself = model_.self_collision(part_of_body(piece.body));
     if (!piece.keeps_vertices()) {
-      part.positions = positions[piece.positions_of];
+      const std::span<const double> given = positions[piece.positions_of];
+      part.positions = [given] { return std::vector<double>(given.begin(), given.end()); };
       continue;
     }
     // Where faces were given in turns, what was given is not yet what the topology has.
-    if (replaced.face_rank.empty()) part.held = held[parts.size() - 1];
+    if (replaced.face_rank.empty()) {
+      part.held = held[parts.size() - 1];
+      if (piece.change) part.change = &*piece.change;
+    }
     // Their numbers stay, and with them all that goes by these.
     const FeatureRange& features = core_.topology->parts[piece.body].features;
-    std::vector<double>& gathered = gathered_.emplace_back();
-    lengthen(gathered, std::size_t{3} * scene.bodies()[piece.body].vertex_count, 0.0, stop);
     part.given_vertices.reserve(scene.bodies()[piece.body].vertex_count);
     for (std::uint32_t v = features.first_vertex; v < features.end_vertex; ++v) {
       paced.check();
-      const std::uint32_t given = number_of(core_.topology->numbering.given(NewVertex{v}));
-      part.given_vertices.push_back(GivenVertex{given - features.first_vertex});
-      const VertexMotion vertex = core_.motion.vertex(part_of_body(piece.body), v - features.first_vertex);
-      std::copy_n(vertex.t1.begin(), 3,
-                  gathered.begin() + std::ptrdiff_t{3} * (given - features.first_vertex));
+      part.given_vertices.push_back(
+          GivenVertex{number_of(core_.topology->numbering.given(NewVertex{v})) - features.first_vertex});
     }
-    part.positions = gathered;
+    part.positions = [this, &scene, body = piece.body, stop] { return gathered(scene, body, stop); };
   }
   return parts;
+}
+
+// Where the vertices of a body that keeps them are.
+std::vector<double> CoreReplacement::gathered(const Scene& scene, std::uint32_t body, StopSignal stop) const {
+  const FeatureRange& features = core_.topology->parts[body].features;
+  std::vector<double> positions;
+  lengthen(positions, std::size_t{3} * scene.bodies()[body].vertex_count, 0.0, stop);
+  PacedStop paced(stop);
+  for (std::uint32_t v = features.first_vertex; v < features.end_vertex; ++v) {
+    paced.check();
+    const std::uint32_t given =
+        number_of(core_.topology->numbering.given(NewVertex{v})) - features.first_vertex;
+    const VertexMotion vertex = core_.motion.vertex(part_of_body(body), v - features.first_vertex);
+    std::copy_n(vertex.t1.begin(), 3, positions.begin() + std::ptrdiff_t{3} * given);
+  }
+  return positions;
 }
 
 void CoreReplacement::make_motion(const Scene& scene, const ReplacedBodies& replaced, StopSignal stop) {
@@ -95,12 +117,13 @@ void CoreReplacement::make_motion(const Scene& scene, const ReplacedBodies& repl
   for (const TopologyReplacement::NewPart& from : new_parts_) {
     if (from.piece->keeps_vertices()) continue;
     const std::uint32_t p = from.piece->body;
+    const std::vector<double> given = from.positions();
     std::vector<double>& in_order = ordered.emplace_back();
-    in_order.reserve(from.positions.size());
+    in_order.reserve(given.size());
     for (const GivenVertex v : topology_.numbering_of(PartId{p}).given_vertices()) {
       paced.check();
-      const auto x = from.positions.subspan(std::size_t{3} * number_of(v), 3);
-      in_order.insert(in_order.end(), x.begin(), x.end());
+      const auto x = given.begin() + std::ptrdiff_t{3} * number_of(v);
+      in_order.insert(in_order.end(), x, x + 3);
     }
     parts[p].is_new = true;
     parts[p].kind = scene.bodies()[p].kind;

@@ -21,33 +21,36 @@ struct PartChange {
   bool keeps_vertices = false;   ///< likewise: elements alone are others
   bool keeps_hierarchy = false;  ///< of one that is new: its hierarchy is that of what is left of it
   NumberShift shift = {};        ///< of one that is as it was
+  /// Of one that keeps its hierarchy, and the numbers of its vertices: by block, does it hold something else?
+  std::vector<std::uint8_t> changed_blocks = {};
 };
 
 class CoreReplacement {
  public:
   /// `scene` is what the changes make of the core's, `replaced` what is new in it; `positions` by change, of
-  /// those that give some; `held` by piece: the hierarchy to keep where it has changed locally, or none.
+  /// those that give some; `held` by piece: the hierarchy to keep where it has changed locally, or none. How
+  /// that has changed is used up.
   /// Bodies of which the kind changes were settled before. O(scene), of which most is copying, and what the
   /// new parts take. Throws Stopped when told to stop.
-  CoreReplacement(Core& core, const Scene& scene, const ReplacedBodies& replaced,
+  CoreReplacement(Core& core, const Scene& scene, ReplacedBodies& replaced,
                   std::span<const std::span<const double>> positions, std::span<const HeldOrder> held,
                   StopSignal stop);
 
   /// The core is this one from now on, except for its scene.
   void take(const Scene& scene) noexcept;
   /// By part.
-  std::span<const PartChange> changes() const { return changes_; }
+  std::span<PartChange> changes() { return changes_; }
 
  private:
-  std::vector<TopologyReplacement::NewPart> new_parts(const Scene& scene, const ReplacedBodies& replaced,
+  std::vector<TopologyReplacement::NewPart> new_parts(const Scene& scene, ReplacedBodies& replaced,
                                                       std::span<const std::span<const double>> positions,
                                                       std::span<const HeldOrder> held, StopSignal stop);
+  std::vector<double> gathered(const Scene& scene, std::uint32_t body, StopSignal stop) const;
   void make_motion(const Scene& scene, const ReplacedBodies& replaced, StopSignal stop);
   void make_orphans(StopSignal stop);
 
   Core& core_;
   CollisionModel model_;
-  std::vector<std::vector<double>> gathered_;  // positions of parts that keep their vertices
   std::vector<TopologyReplacement::NewPart> new_parts_;
   TopologyReplacement topology_;
   std::optional<SceneMotion::Replacement> motion_;  // where vertices are others

@@ -2,6 +2,7 @@
 #include "engine/state/part_trees.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "engine/bounds/moving.h"
@@ -35,6 +36,19 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
   off_base_.resize(parts.size());
   bases_.resize(parts.size());
   roots_.resize(parts.size());
+  changed_.resize(parts.size());
+  const auto change_tree = [&](std::size_t p) {
+    if (changed_[p].empty()) return;
+    if (core.model.is_removed(PartId{static_cast<std::uint32_t>(p)})) return changed_[p].clear();
+    const SharedVertices* const before = trees_[p].leaves.shared.get();
+    if (before != nullptr && parts[p].shared != nullptr)
+      list_changed_rows(*before, *parts[p].shared, changed_[p]);
+    else if (before != parts[p].shared.get())
+      std::ranges::fill(changed_[p], std::uint8_t{1});
+    trees_[p].change(scene, parts[p].shape, parts[p].order, parts[p].shared, changed_[p], stop);
+    trees_[p].patches = patches_of(core, trees_[p], stop);
+  };
+  if (some_changed_) fork_each(std::size_t{0}, trees_.size(), change_tree);
   if (rebuild) {
     for (std::size_t p = 0; p < trees_.size(); ++p) {
       if (trees_[p].leaves.shared == nullptr && parts[p].shared != nullptr)
@@ -64,7 +78,8 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
 
 template <class Bounds>
 HeldOrder PartTrees<Bounds>::hierarchy_of(const Core& core, PartId part) const {
-  if (number_of(part) >= trees_.size() || trees_[number_of(part)].order.empty()) {
+  if (number_of(part) >= trees_.size() || trees_[number_of(part)].order.empty() ||
+      !changed_[number_of(part)].empty()) {
     const PartTopology& topology = core.topology->parts[number_of(part)];
     return {topology.shape, topology.order, topology.shared};
   }
@@ -80,10 +95,26 @@ void PartTrees<Bounds>::forget(PartId part, bool keeps_hierarchy) noexcept {
   const double built_looseness = keeps_hierarchy ? trees_[number_of(part)].built_looseness : 0;
   trees_[number_of(part)] = {};
   trees_[number_of(part)].built_looseness = built_looseness;
+  changed_[number_of(part)].clear();
   refit_in_[number_of(part)] = kNever;
   bases_[number_of(part)] = {};
   states_[number_of(part)] = 0;
   some_forgotten_ = true;
+}
+
+template <class Bounds>
+bool PartTrees<Bounds>::change(PartId part, std::vector<std::uint8_t>&& blocks) noexcept {
+  constexpr std::ptrdiff_t kMost = 16;  // one of so many: of more, looking again costs what is saved
+  if (number_of(part) >= trees_.size() || trees_[number_of(part)].order.empty()) return false;
+  std::vector<std::uint8_t>& changed = changed_[number_of(part)];
+  if (!changed.empty()) std::ranges::transform(changed, blocks, blocks.begin(), std::bit_or<>());
+  const auto size = static_cast<std::ptrdiff_t>(blocks.size());
+  if (std::ranges::count(blocks, 1) * kMost > size) return false;
+  changed = std::move(blocks);
+  refit_in_[number_of(part)] = kNever;
+  states_[number_of(part)] = 0;
+  some_changed_ = true;
+  return true;
 }
 
 template <class Bounds>
@@ -305,6 +336,8 @@ std::size_t PartTrees<Bounds>::memory_bytes() const {
                       (late_.capacity() + rearranged_.capacity()) * sizeof(std::uint32_t) +
                       bases_.capacity() * sizeof(Base) + off_base_.capacity();
   for (const Bvh<Bounds>& tree : trees_) bytes += tree.memory_bytes();
+  bytes += changed_.capacity() * sizeof(changed_[0]);
+  for (const std::vector<std::uint8_t>& blocks : changed_) bytes += blocks.capacity();
   return bytes;
 }
 

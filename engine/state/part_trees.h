@@ -105,6 +105,21 @@ class PartTrees {
   /// A part is another one now: the next step gives it a hierarchy, which, if it is that of what is left, is
   /// as loose as it was when that was built. Numbers of what a part is made of begin elsewhere now.
   void forget(PartId part, bool keeps_hierarchy) noexcept;
+  /// A part has changed locally: of the blocks of its hierarchy these hold something else, which the next
+  /// step takes from the topology. Returns false, and does nothing, where that has no hierarchy to change, or
+  /// much of it is another one.
+  bool change(PartId part, std::vector<std::uint8_t>&& blocks) noexcept;
+  /// Have parts changed so, which arrange_new() has taken? Then `take(part, blocks)` must be told of each.
+  bool some_changed() const { return some_changed_; }
+  template <class Take>
+  void take_changed(Take&& take) {
+    for (std::uint32_t p = 0; p < changed_.size(); ++p) {
+      if (changed_[p].empty()) continue;
+      take(PartId{p}, std::span<const std::uint8_t>(changed_[p]));
+      changed_[p] = {};
+    }
+    some_changed_ = false;
+  }
   void shift(PartId part, const NumberShift& by) noexcept {
     if (number_of(part) < trees_.size()) trees_[number_of(part)].shift(by);
   }
@@ -112,7 +127,11 @@ class PartTrees {
   /// All bounds are made anew in the next step.
   void forget_bounds();
   /// All hierarchies are arranged anew in the next step.
-  void clear() { trees_.clear(); }
+  void clear() {
+    trees_.clear();
+    for (std::vector<std::uint8_t>& blocks : changed_) blocks.clear();
+    some_changed_ = false;
+  }
 
   std::span<const Bvh<Bounds>> trees() const { return trees_; }  ///< by part
   /// By part: what holds it in this step, with the separation on each side.
@@ -144,6 +163,9 @@ class PartTrees {
 
   std::vector<Bvh<Bounds>> trees_;
   bool some_forgotten_ = false;  // parts have no hierarchy, and need one
+  // By part: blocks of its hierarchy that hold something else by now; empty where none do.
+  std::vector<std::vector<std::uint8_t>> changed_;
+  bool some_changed_ = false;
   std::vector<Bounds> roots_;
   std::vector<MotionState> states_;
   std::vector<std::int64_t> refit_in_;

@@ -44,7 +44,7 @@ class AutoPipeline final : public Pipeline {
   HeldOrder hierarchy_of(const Core& core, PartId part) const override {
     return pipeline_->hierarchy_of(core, part);
   }
-  void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept override {
+  void parts_replaced(Core& core, std::span<PartChange> changes) noexcept override {
     pipeline_->parts_replaced(core, changes);
   }
   void thickness_changed(Core& core) noexcept override { pipeline_->thickness_changed(core); }

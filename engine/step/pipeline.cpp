@@ -175,9 +175,12 @@ void PipelineWith<Bounds>::patches_changed(Core& core) noexcept {
 }
 
 template <class Bounds>
-void PipelineWith<Bounds>::parts_replaced(Core& core, std::span<const PartChange> changes) noexcept {
+void PipelineWith<Bounds>::parts_replaced(Core& core, std::span<PartChange> changes) noexcept {
   for (std::uint32_t p = 0; p < changes.size(); ++p) {
-    if (changes[p].is_new) {
+    if (!changes[p].changed_blocks.empty() &&
+        trees_.change(PartId{p}, std::move(changes[p].changed_blocks))) {
+      continue;  // and the front with it, in the next step
+    } else if (changes[p].is_new) {
       trees_.forget(PartId{p}, changes[p].keeps_hierarchy);
       front_.front().forget(PartId{p});
     } else {

@@ -41,8 +41,8 @@ class Pipeline {
   /// The hierarchy of a part that is about to change, for what will be left of it; none where another one is
   /// due.
   virtual HeldOrder hierarchy_of(const Core& core, PartId part) const = 0;
-  /// Parts were replaced, which the core has taken; what became of each.
-  virtual void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept = 0;
+  /// Parts were replaced, which the core has taken; what became of each, which is used up.
+  virtual void parts_replaced(Core& core, std::span<PartChange> changes) noexcept = 0;
   /// Vertices that were there are thicker, or thinner: what budgets, bounds and answers were made for.
   virtual void thickness_changed(Core& core) noexcept = 0;
   /// Bodies are at other poses, where no motion led: nothing that was made for where they were holds.

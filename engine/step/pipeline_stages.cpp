@@ -180,6 +180,12 @@ template <class Bounds>
 bool PipelineWith<Bounds>::arrange(const Core& core, StopSignal stop) {
   const std::size_t arranged = trees_.arrange_new(core, near_.stale(), stop);
   if (arranged > 0) near_.forget();
+  if (trees_.some_changed()) {
+    trees_.return_to_base();  // whose travel budgets are of
+    trees_.take_changed([&](PartId part, std::span<const std::uint8_t> blocks) {
+      front_.front().follow(part, trees_.trees(), blocks, core.options.max_front_bytes, stop);
+    });
+  }
   const std::span<const PartId> rearranged = trees_.rearrange_loose(core, stop);
   for (const PartId part : rearranged) front_.front().forget(part);
   if (trees_.take_magnitude(core.motion.vertices().magnitude())) near_.forget();

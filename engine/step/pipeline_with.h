@@ -41,7 +41,7 @@ class PipelineWith final : public Pipeline {
   HeldOrder hierarchy_of(const Core& core, PartId part) const override {
     return trees_.hierarchy_of(core, part);
   }
-  void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept override;
+  void parts_replaced(Core& core, std::span<PartChange> changes) noexcept override;
   void parts_changed() override;
   BoundsKind bounds() const override {
     return std::is_same_v<Bounds, Aabb> ? BoundsKind::kAabb : BoundsKind::kKDop18;

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stays of the front where a part's hierarchy has changed in some blocks.
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "engine/front/front.h"
+#include "engine/parallel/stoppable_loops.h"
+
+namespace warmfront {
+namespace {
+
+// By node: does it hold one of these blocks?
+std::vector<std::uint8_t> holders_of(std::span<const std::uint8_t> blocks, const TreeShape& shape,
+                                     StopSignal stop) {
+  std::vector<std::uint8_t> holds;
+  lengthen(holds, shape.node_count(), std::uint8_t{0}, stop);
+  for (NodeId node = shape.first_leaf(); node < shape.end_node(); ++node) {
+    for (BlockId b = shape.first_block(node); b < shape.end_block(node); ++b)
+      holds[number_of(node)] |= blocks[number_of(b)];
+  }
+  for (std::uint32_t node = number_of(shape.first_leaf()); node-- > 0;)
+    holds[node] =
+        holds[number_of(TreeShape::left(NodeId{node}))] | holds[number_of(TreeShape::right(NodeId{node}))];
+  return holds;
+}
+
+}  // namespace
+
+template <class Bounds>
+void Front<Bounds>::follow(PartId part, std::span<const Bvh<Bounds>> trees,
+                           std::span<const std::uint8_t> changed_blocks, std::size_t max_bytes,
+                           StopSignal stop) {
+  const Bvh<Bounds>& tree = trees[number_of(part)];
+  std::vector<std::uint8_t> holds;
+  PacedStop paced(stop);
+  for (FrontSegment& segment : segments_) {
+    paced.check();
+    const bool is_a = segment.parts.a == part, is_b = segment.parts.b == part;
+    if ((!is_a && !is_b) || segment.chunks.empty()) continue;
+    if (is_a && is_b && neighbours_.listed(part) &&
+        !neighbours_.follow(part, tree, changed_blocks, max_bytes, stop)) {
+      size_ -= segment.size;
+      forget(segment);
+      continue;
+    }
+    if (holds.empty()) holds = holders_of(changed_blocks, tree.shape, stop);
+    const auto& travel_a = trees[number_of(segment.parts.a)].travel.nodes;
+    const auto& travel_b = trees[number_of(segment.parts.b)].travel.nodes;
+    const bool budgets = !travel_a.empty() && !travel_b.empty();
+    for (FrontChunk& chunk : segment.chunks) {
+      for (FrontPair& pair : chunk.pairs) {
+        paced.check();
+        const auto [a, b] = pair.nodes;
+        if (!(is_a && holds[number_of(a)] != 0) && !(is_b && holds[number_of(b)] != 0)) continue;
+        pair.budget =
+            budgets ? TravelBudget::grant(travel_a[number_of(a)], travel_b[number_of(b)], 0) : TravelBudget{};
+        pair.adjacent = false;
+        pair.neighbours = 0;
+      }
+    }
+  }
+}
+
+template void Front<Aabb>::follow(PartId, std::span<const Bvh<Aabb>>, std::span<const std::uint8_t>,
+                                  std::size_t, StopSignal);
+template void Front<KDop18>::follow(PartId, std::span<const Bvh<KDop18>>, std::span<const std::uint8_t>,
+                                    std::size_t, StopSignal);
+
+}  // namespace warmfront

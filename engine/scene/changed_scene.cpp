@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/scene/changed_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/connectivity.h"
+
+namespace warmfront {
+namespace {
+
+constexpr std::uint32_t kNone = LocalChange::kNone;
+constexpr EdgeId kNoEdge = LocalChange::kNoEdge;
+using Three = std::array<std::uint32_t, 3>;
+
+// Does everything that stays keep its number?
+bool in_place(std::span<const Run> runs) {
+  return std::ranges::all_of(runs, [](const Run& run) { return run.from == run.to; });
+}
+
+// Rows that are not as they were.
+struct ChangedRows {
+  std::vector<std::uint32_t> rows;  // ascending
+  std::vector<std::uint32_t> end;   // by row: where its items end
+  std::vector<std::uint32_t> items;
+
+  void end_row(std::uint32_t row) {
+    rows.push_back(row);
+    end.push_back(static_cast<std::uint32_t>(items.size()));
+  }
+};
+
+// Runs without some of what they lead to, which ascends.
+std::vector<Run> without(std::span<const Run> runs, std::span<const std::uint32_t> rows) {
+  std::vector<Run> left;
+  left.reserve(runs.size() + rows.size());
+  auto row = rows.begin();
+  for (Run run : runs) {
+    while (row != rows.end() && *row < run.to) ++row;
+    for (; row != rows.end() && *row < run.to + run.count; ++row) {
+      const std::size_t count = *row - run.to;
+      if (count > 0) left.push_back({run.from, count, run.to});
+      run = {run.from + count + 1, run.count - count - 1, run.to + count + 1};
+    }
+    if (run.count > 0) left.push_back(run);
+  }
+  return left;
+}
+
+// Rows of which these runs are as they were from `first_row` on, but for the numbers of their items, and the
+// others are `changed`: together all. What was item `first_item` + i is now `item_of[i]`, or i with `same`.
+Csr follow_rows(const Csr& before, std::size_t first_row, std::span<const Run> runs,
+                const ChangedRows& changed, std::span<const std::uint32_t> item_of, std::uint32_t first_item,
+                bool same, std::size_t rows, StopSignal stop) {
+  Csr csr;
+  std::size_t items = changed.items.size();
+  for (const Run& run : runs)
+    items += before.begin[first_row + run.from + run.count] - before.begin[first_row + run.from];
+  reserve(csr.begin, rows + 1, stop);
+  reserve(csr.items, items, stop);
+  csr.begin.push_back(0);
+  PacedStop paced(stop, 256);
+  std::size_t next = 0;  // of the changed ones
+  const auto take_changed = [&](std::size_t until) {
+    for (; next < changed.rows.size() && changed.rows[next] < until; ++next) {
+      paced.check();
+      const auto first = changed.items.begin() + (next == 0 ? 0 : changed.end[next - 1]);
+      csr.items.insert(csr.items.end(), first, changed.items.begin() + changed.end[next]);
+      csr.begin.push_back(static_cast<std::uint32_t>(csr.items.size()));
+    }
+  };
+  for (const Run& run : runs) {
+    take_changed(run.to);
+    const std::size_t from = first_row + run.from;
+    const auto offset = static_cast<std::uint32_t>(csr.items.size()) - before.begin[from];
+    in_pieces(from + 1, from + run.count + 1, stop, [&](std::size_t first, std::size_t end) {
+      const std::size_t at = csr.begin.size();
+      csr.begin.resize(at + end - first);
+      for (std::size_t i = 0; i < end - first; ++i) csr.begin[at + i] = before.begin[first + i] + offset;
+    });
+    in_pieces(before.begin[from], before.begin[from + run.count], stop,
+              [&](std::size_t first, std::size_t end) {
+                const std::size_t at = csr.items.size();
+                csr.items.resize(at + end - first);
+                const std::uint32_t* const read = before.items.data() + first;
+                std::uint32_t* const write = csr.items.data() + at;
+                if (same) {
+                  for (std::size_t i = 0; i < end - first; ++i) write[i] = read[i] - first_item;
+                } else {
+                  for (std::size_t i = 0; i < end - first; ++i) write[i] = item_of[read[i] - first_item];
+                }
+              });
+  }
+  take_changed(rows);
+  return csr;
+}
+
+// What stays of a row, then what came to it: both ascend.
+void append_row(ChangedRows& rows, std::span<const std::uint32_t> before,
+                std::span<const std::uint32_t> face_of, std::uint32_t first_face, std::uint32_t row,
+                std::span<const Edge> came, std::size_t& next) {
+  const auto first = static_cast<std::ptrdiff_t>(rows.items.size());
+  for (const std::uint32_t f : before) {
+    if (face_of[f - first_face] != kNone) rows.items.push_back(face_of[f - first_face]);
+  }
+  const auto middle = static_cast<std::ptrdiff_t>(rows.items.size());
+  while (next < came.size() && came[next][0] < row) ++next;
+  for (; next < came.size() && came[next][0] == row; ++next) rows.items.push_back(came[next][1]);
+  std::inplace_merge(rows.items.begin() + first, rows.items.begin() + middle, rows.items.end());
+  rows.end_row(row);
+}
+
+// Appends items of runs, less a shift of their numbers; `came` writes what is in none.
+template <class T, class Came>
+void append_runs(std::vector<T>& to, std::span<const T> from, std::span<const Run> runs, std::size_t count,
+                 std::uint32_t shift, StopSignal stop, Came&& came) {
+  reserve(to, count, stop);
+  for (const Run& run : runs) {
+    while (to.size() < run.to) to.push_back(came(to.size()));
+    in_pieces(run.from, run.from + run.count, stop, [&](std::size_t first, std::size_t end) {
+      const std::size_t at = to.size();
+      to.resize(at + end - first);
+      for (std::size_t i = 0; i < end - first; ++i) {
+        for (std::size_t k = 0; k < to[at + i].size(); ++k) to[at + i][k] = from[first + i][k] - shift;
+      }
+    });
+  }
+  while (to.size() < count) to.push_back(came(to.size()));
+}
+
+// (what a face that came has, the face), ascending and each once.
+template <class Has>
+std::vector<Edge> by_what_they_have(std::span<const std::uint32_t> came, Has&& has) {
+  std::vector<Edge> rows;
+  rows.reserve(3 * came.size());
+  for (const std::uint32_t f : came) {
+    for (const std::uint32_t row : has(f)) rows.push_back({row, f});
+  }
+  std::ranges::sort(rows);
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  return rows;
+}
+
+}  // namespace
+
+Scene ChangedScene::as_given(const Scene& before, const MeshRange& part, SceneDescription description,
+                             const LocalChange& change, StopSignal stop) {
+  Scene scene;
+  Scene::Mesh& mesh = scene.own_mesh();
+  const Scene::Mesh& old = *before.mesh_;
+  const std::uint32_t first_vertex = part.features.first_vertex;
+  const std::uint32_t first_edge = number_of(part.features.first_edge);
+  mesh.vertex_count = description.vertex_count;
+  mesh.body_count = 1;
+  const std::size_t faces = description.faces.size();
+  reserve(mesh.faces, faces, stop);
+  in_pieces(0, faces, stop, [&](std::size_t first, std::size_t end) {
+    mesh.faces.resize(end);
+    for (std::size_t f = first; f < end; ++f) {
+      for (std::size_t k = 0; k < 3; ++k)
+        mesh.faces[f][k] = static_cast<std::uint32_t>(description.faces[f][k]);
+    }
+  });
+  std::vector<std::uint32_t> edges_that_came;
+  std::vector<std::uint32_t> changed_edges;
+  PacedStop paced(stop, 256);
+  for (const LocalChange::Touched& edge : change.touched) {
+    paced.check();
+    if (edge.now == kNoEdge) continue;
+    if (edge.is_lone) mesh.lone_edges.push_back(number_of(edge.now));
+    if (edge.changed()) changed_edges.push_back(number_of(edge.now));
+  }
+  const auto touched = [&](const Edge& ends) -> const LocalChange::Touched& {
+    return *std::ranges::lower_bound(change.touched, ends, {}, &LocalChange::Touched::ends);
+  };
+  auto next_touched = change.touched.begin();
+  append_runs(mesh.edges, std::span<const Edge>(old.edges).subspan(first_edge, part.edge_count()),
+              change.edge_runs, change.edge_before.size(), first_vertex, stop, [&](std::size_t e) {
+                while (number_of(next_touched->now) != e) ++next_touched;
+                return next_touched->ends;
+              });
+
+  const auto side = [&](const Face& face, std::size_t k) {
+    const auto [lesser, greater] = std::minmax({face[k], face[(k + 1) % 3]});
+    return number_of(touched({lesser, greater}).now);
+  };
+  reserve(mesh.face_edges, faces, stop);
+  const auto sides_came = [&](std::size_t until) {
+    for (std::size_t f = mesh.face_edges.size(); f < until; ++f) {
+      paced.check();
+      const Face face = mesh.faces[f];
+      mesh.face_edges.push_back({side(face, 0), side(face, 1), side(face, 2)});
+    }
+  };
+  const bool edges_stay = in_place(change.edge_runs);
+  for (const Run& run : change.face_runs) {
+    sides_came(run.to);
+    in_pieces(run.from, run.from + run.count, stop, [&](std::size_t first, std::size_t end) {
+      const std::size_t at = mesh.face_edges.size();
+      mesh.face_edges.resize(at + end - first);
+      const Three* const read = old.face_edges.data() + part.first_face + first;
+      Three* const write = mesh.face_edges.data() + at;
+      for (std::size_t i = 0; i < end - first; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::uint32_t edge = read[i][k] - first_edge;
+          write[i][k] = edges_stay ? edge : number_of(change.edge_of[edge]);
+        }
+      }
+    });
+  }
+  sides_came(faces);
+
+  const bool faces_stay = in_place(change.face_runs);
+  ChangedRows around;
+  std::vector<Edge> came = by_what_they_have(change.came, [&](std::uint32_t f) { return mesh.faces[f]; });
+  std::size_t next = 0;
+  for (const std::uint32_t v : change.at) {
+    paced.check();
+    append_row(around, old.vertex_faces[first_vertex + v], change.face_of, part.first_face, v, came, next);
+  }
+  const std::vector<Run> all_vertices{{0, mesh.vertex_count, 0}};
+  mesh.vertex_faces = follow_rows(old.vertex_faces, first_vertex, without(all_vertices, change.at), around,
+                                  change.face_of, part.first_face, faces_stay, mesh.vertex_count, stop);
+
+  ChangedRows along;
+  came = by_what_they_have(change.came, [&](std::uint32_t f) { return mesh.face_edges[f]; });
+  next = 0;
+  for (const LocalChange::Touched& edge : change.touched) {
+    paced.check();
+    if (edge.now == kNoEdge || !edge.changed()) continue;
+    std::span<const std::uint32_t> row;
+    if (edge.before != kNoEdge) row = old.edge_faces[first_edge + number_of(edge.before)];
+    append_row(along, row, change.face_of, part.first_face, number_of(edge.now), came, next);
+  }
+  mesh.edge_faces = follow_rows(old.edge_faces, first_edge, without(change.edge_runs, changed_edges), along,
+                                change.face_of, part.first_face, faces_stay, mesh.edges.size(), stop);
+
+  mesh.vertex_lone_edges = lone_edges_of_vertices(mesh.edges, mesh.lone_edges, mesh.vertex_count, stop);
+  auto at = change.at.begin();
+  const auto take_changed = [&](std::uint32_t until) {
+    for (; at != change.at.end() && *at < until; ++at) {
+      if (scene.is_isolated(*at)) mesh.isolated_vertices.push_back(*at);
+    }
+  };
+  const auto& isolated = old.isolated_vertices;
+  for (auto v = std::ranges::lower_bound(isolated, first_vertex);
+       v != isolated.end() && *v < part.features.end_vertex; ++v) {
+    paced.check();
+    const std::uint32_t vertex = *v - first_vertex;
+    take_changed(vertex);
+    if (at == change.at.end() || *at != vertex) mesh.isolated_vertices.push_back(vertex);
+  }
+  take_changed(mesh.vertex_count);
+
+  for (const double thickness : description.thickness)
+    mesh.most_thickness = std::max(mesh.most_thickness, thickness);
+  if (mesh.most_thickness > 0) mesh.thickness = std::move(description.thickness);
+  lengthen(mesh.body_of_vertex, mesh.vertex_count, 0U, stop);
+  scene.bodies_ = std::move(description.bodies);
+  scene.name_bytes_ = scene.bodies_[0].name.size();
+  return scene;
+}
+
+Scene ChangedScene::renumbered(const Scene& before, const MeshRange& part, const Scene& given,
+                               const Renumbering& numbering, const LocalChange& change, StopSignal stop) {
+  Scene scene;
+  Scene::Mesh& to = scene.own_mesh();
+  const Scene::Mesh& old = *before.mesh_;
+  const Scene::Mesh& from = *given.mesh_;
+  const std::uint32_t first_vertex = part.features.first_vertex;
+  const std::uint32_t first_edge = number_of(part.features.first_edge);
+  to.vertex_count = from.vertex_count;
+  to.body_count = from.body_count;
+  const auto renamed = [&](std::uint32_t v) { return number_of(numbering.renumbered(GivenVertex{v})); };
+  const auto given_face = [&](std::size_t f) {
+    return number_of(numbering.given(NewFace{static_cast<std::uint32_t>(f)}));
+  };
+  const auto list_faces = [&] {
+    append_runs(to.faces, std::span<const Face>(old.faces).subspan(part.first_face, part.face_count()),
+                change.face_runs, from.faces.size(), first_vertex, stop, [&](std::size_t f) {
+                  const Face& face = from.faces[given_face(f)];
+                  return Face{renamed(face[0]), renamed(face[1]), renamed(face[2])};
+                });
+    reserve(to.face_edges, from.faces.size(), stop);
+    in_pieces(0, from.faces.size(), stop, [&](std::size_t first, std::size_t end) {
+      to.face_edges.resize(end);
+      for (std::size_t f = first; f < end; ++f) to.face_edges[f] = from.face_edges[given_face(f)];
+    });
+  };
+  const auto list_edges = [&] {
+    append_runs(to.edges, std::span<const Edge>(old.edges).subspan(first_edge, part.edge_count()),
+                change.edge_runs, from.edges.size(), first_vertex, stop, [&](std::size_t e) {
+                  return Edge{renamed(from.edges[e][0]), renamed(from.edges[e][1])};
+                });
+    append(to.lone_edges, std::span<const std::uint32_t>(from.lone_edges), stop);
+    to.vertex_lone_edges = lone_edges_of_vertices(to.edges, to.lone_edges, to.vertex_count, stop);
+  };
+  const auto list_around = [&] {
+    ChangedRows around;
+    for (const std::uint32_t v : change.at) {
+      for (const std::uint32_t f : from.vertex_faces[number_of(numbering.given(NewVertex{v}))])
+        around.items.push_back(number_of(numbering.renumbered(GivenFace{f})));
+      around.end_row(v);
+    }
+    const std::vector<Run> all_vertices{{0, to.vertex_count, 0}};
+    to.vertex_faces =
+        follow_rows(old.vertex_faces, first_vertex, without(all_vertices, change.at), around, change.face_of,
+                    part.first_face, in_place(change.face_runs), to.vertex_count, stop);
+  };
+  const auto list_along = [&] {
+    append(to.edge_faces.begin, std::span<const std::uint32_t>(from.edge_faces.begin), stop);
+    reserve(to.edge_faces.items, from.edge_faces.items.size(), stop);
+    in_pieces(0, from.edge_faces.items.size(), stop, [&](std::size_t first, std::size_t end) {
+      to.edge_faces.items.resize(end);
+      for (std::size_t i = first; i < end; ++i)
+        to.edge_faces.items[i] = number_of(numbering.renumbered(GivenFace{from.edge_faces.items[i]}));
+    });
+  };
+  const auto list_vertices = [&] {
+    lengthen(to.body_of_vertex, to.vertex_count, 0U, stop);
+    reserve(to.isolated_vertices, from.isolated_vertices.size(), stop);
+    for (const std::uint32_t v : from.isolated_vertices) to.isolated_vertices.push_back(renamed(v));
+    std::ranges::sort(to.isolated_vertices);
+  };
+  fork_all(ForkPlace::here(), list_faces, list_edges, list_around, list_along, list_vertices);
+  return scene;
+}
+
+}  // namespace warmfront
