@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 
 from ._private_daemon import PrivateDaemon
 from ._state import SceneState
+from ._uncopied import Uncopied
 from .batch import Batch, Copies
 from .errors import InvalidArgumentError
 from .info import ServerInfo, SessionInfo
@@ -62,9 +63,11 @@ def connect(address: Optional[str] = None, *, security: Security = Security(), t
     return Client(connection)
 
 
-class Client:
+class Client(Uncopied):
     """Made by `connect()`. Its sessions share connections, of which it opens as many as they need; these, and a daemon
-    that was started for them, end with the last session, or by `close()`."""
+    that was started for them, end with the last session, or by `close()`. copy and pickle raise TypeError."""
+
+    _instead = "connect() again"
 
     def __init__(self, connection: Connection) -> None:
         """Internal: use `connect()`."""

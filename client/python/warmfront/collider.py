@@ -65,10 +65,9 @@ class Collider(AnySession):
         InvalidArgumentError for bad input. UnimplementedError where this package has no engine: see `open()`.
         """
         local = _local()
-        if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 0 <= threads <= 1024:
-            raise InvalidArgumentError(f"threads: {threads!r} is not in [0, 1024]")
+        count = _threads_of(threads)
         state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness, edges)
-        super().__init__(local.Local(state, options, id, first_frame, int(threads)))
+        super().__init__(local.Local(state, options, id, first_frame, count))
 
 
 def has_engine() -> bool:
@@ -123,7 +122,8 @@ def open(
         _check_no_connection(security, timeouts)
         return Collider(positions, faces, threads=0 if threads is None else threads, **scene)
     if server == "local":
-        flags = [] if not threads else ["--threads", str(threads)]
+        count = 0 if threads is None else _threads_of(threads)
+        flags = ["--threads", str(count)] if count else []
         client = connect(security=security, timeouts=timeouts, flags=flags)
     else:
         if threads is not None:
@@ -159,6 +159,13 @@ def open_batch(
     return Batch(open(copies.positions(), copies.faces(), server=server, edges=copies.edges(), bodies=copies.all_bodies(),
                       excluded_pairs=copies.excluded(excluded_pairs), options=options, id=id, threads=threads, security=security,
                       timeouts=timeouts), copies)
+
+
+def _threads_of(threads: Any) -> int:
+    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 0 <= threads <= 1024:
+        raise InvalidArgumentError(f"threads: {threads!r} is not in [0, 1024]; give how many may compute a question at once, or 0 for "
+                                   "one for each core")
+    return int(threads)
 
 
 def _check_no_connection(security: Security, timeouts: Timeouts) -> None:

@@ -81,7 +81,7 @@ static void test_add_change_remove(void) {
   removed.index = 3;
   removed.body = &body;
   CHECK(one_change(session, &removed) == WF_OK && met(session, four) == 3);
-  REFUSED(one_change(session, &removed), WF_INVALID_ARGUMENT, "changes[0]: body 3 was removed");
+  REFUSED(one_change(session, &removed), WF_INVALID_ARGUMENT, "changes[0]: body 3 (\"lower\") was removed");
   counts = counted(session);
   CHECK(counts.bodies == 4 && counts.vertices == 12); /* which keep their numbers */
 
