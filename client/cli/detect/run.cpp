@@ -87,7 +87,7 @@ Status DetectRun::open_stepper(const Positions& first) {
   Result<std::unique_ptr<Stepper>> stepper =
       arguments_.server.empty()
           ? make_local_stepper(scene_, first, local, arguments_.threads)
-          : make_remote_stepper(arguments_.server, arguments_.security, scene_, first, arguments_.options);
+          : make_remote_stepper(arguments_.server, arguments_.connection, scene_, first, arguments_.options);
   if (!stepper) return stepper.error();
   stepper_ = std::move(stepper).value();
   return {};

@@ -19,7 +19,7 @@ namespace {
 struct ReplayArguments {
   std::string file;
   std::string server;
-  ClientSecurity security;
+  ClientOptions connection;
   bool in_process = false;
   int threads = 0;
   std::string json_file;
@@ -48,7 +48,7 @@ int replay_verb(const ReplayArguments& a) {
   if (!recorded) return failure(recorded.error().message);
   Result<std::unique_ptr<ReplayTarget>> target =
       a.in_process ? make_engine_target(recorded.value(), a.threads)
-                   : make_remote_target(recorded.value(), a.server, a.security);
+                   : make_remote_target(recorded.value(), a.server, a.connection);
   if (!target) return failure(target.error().message);
   const Result<ReplayResult> replayed = replay(recorded.value(), *target.value(), [](std::uint64_t) {});
   if (!replayed) return failure(a.file + ": " + replayed.error().message);
@@ -79,7 +79,7 @@ Verb add_replay(CLI::App& app) {
   app.add_option("FILE", a.file,
                  "A recording (.wfrec) of 'detect --record', 'load --record' or a daemon's --record-dir")
       ->required();
-  add_server_options(app, a.server, a.security,
+  add_server_options(app, a.server, a.connection,
                      "Replay on the daemon at this address (HOST:PORT or unix:PATH)", false);
   app.add_flag("--in-process", a.in_process, "Replay through the engine in this process");
   app.add_option("--threads", a.threads, "Threads in this process; 0: one per core")
