@@ -180,8 +180,6 @@ Status DetectRun::begin_first(const PartRange& part, FrameSteps& steps, const Po
   }
   Result<std::vector<ContactRecord>> before = enter(part, first, reference);
   if (!before) return before.error();
-  if (!arguments_.record_file.empty())
-    if (Status status = start_recording(first, reference); !status) return status;
   if (arguments_.options.explain) {
     Result<Explanation> started =
         arguments_.server.empty()
@@ -200,6 +198,8 @@ Status DetectRun::begin_first(const PartRange& part, FrameSteps& steps, const Po
       !status)
     return status;
   if (Status status = start_report(steps.end()); !status) return status;
+  if (!arguments_.record_file.empty())
+    if (Status status = start_recording(first, reference); !status) return status;
   if (table_) print_detect_header(report_.half_spaces);
   return {};
 }

@@ -34,6 +34,7 @@ std::string to_json(const RecordedSession& recorded, const ReplayResult& result)
                                     {"vertices", recorded.scene().vertex_count},
                                     {"triangles", recorded.scene().faces.size()},
                                     {"steps", result.steps},
+                                    {"placements", result.placements},
                                     {"changes", result.changes},
                                     {"compared", result.compared},
                                     {"left_out", result.left_out},
@@ -61,10 +62,12 @@ int replay_verb(const ReplayArguments& a) {
     std::printf("%s: recorded by %s, %" PRIu32 " vertices, %zu triangles\n", a.file.c_str(),
                 recorded.value().header().writer().c_str(), recorded.value().scene().vertex_count,
                 recorded.value().scene().faces.size());
-    std::printf("%" PRIu64 " steps and %" PRIu64 " changes, %" PRIu64 " outcomes compared%s; %" PRIu64
+    const std::string placements =
+        result.placements == 0 ? " and" : ", " + std::to_string(result.placements) + " placements and";
+    std::printf("%" PRIu64 " steps%s %" PRIu64 " changes, %" PRIu64 " outcomes compared%s; %" PRIu64
                 " refused ones left out\n",
-                result.steps, result.changes, result.compared, result.difference.empty() ? ", all equal" : "",
-                result.left_out);
+                result.steps, placements.c_str(), result.changes, result.compared,
+                result.difference.empty() ? ", all equal" : "", result.left_out);
     if (!result.defect.empty()) std::printf("the recording is incomplete: %s\n", result.defect.c_str());
   }
   if (!result.difference.empty()) return failure(a.file + ": " + result.difference);
