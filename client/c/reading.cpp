@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <span>
-#include <tuple>
 #include <utility>
 
+#include "client/c/arrays.h"
 #include "client/c/structs.h"
 
 namespace warmfront::c {
@@ -39,29 +38,6 @@ Status choose_fields(const std::string& field, std::int64_t bits, ContactFields&
   return {};
 }
 
-/// An array of so many rows, or none; kInvalidArgument for rows without an array.
-template <class T>
-Result<std::span<const T>> rows(const T* first, std::size_t count, const char* field) {
-  if (first == nullptr && count > 0)
-    return invalid_argument(std::string(field) + ": is null, and " + std::to_string(count) +
-                            " numbers are expected");
-  return std::span<const T>(first, first == nullptr ? 0 : count);
-}
-
-template <class Row>
-Status copy_rows(const typename Row::value_type* first, std::size_t count, const char* field,
-                 std::vector<Row>& into) {
-  const auto given = rows(first, count * std::tuple_size_v<Row>, field);
-  if (!given) return given.error();
-  into.resize(count);
-  if (count > 0) std::memcpy(into.data(), first, count * sizeof(Row));
-  return {};
-}
-template <class T>
-void copy_optional(const T* first, std::size_t count, std::vector<T>& into) {
-  if (first != nullptr) into.assign(first, first + count);
-}
-
 Result<std::vector<Body>> bodies_of(const wf_scene& scene) {
   std::vector<Body> bodies;
   std::uint32_t first_vertex = 0;
@@ -69,31 +45,15 @@ Result<std::vector<Body>> bodies_of(const wf_scene& scene) {
   if (at == nullptr && scene.body_count > 0)
     return invalid_argument("bodies: is null; give an array of wf_body");
   for (std::size_t b = 0; b < scene.body_count; ++b) {
+    const std::string where = "bodies[" + std::to_string(b) + "]";
     // The caller's array has structs of the caller's size.
-    Result<wf_body> given = read(reinterpret_cast<const wf_body*>(at), initial_body(), "body");
-    if (!given) return invalid_argument("bodies[" + std::to_string(b) + "]: " + given.error().message);
-    const wf_body& from = given.value();
-    at += from.size;
-    Body body;
-    if (from.name != nullptr) body.name = from.name;
+    std::size_t size = 0;
+    Result<Body> given = body_of(reinterpret_cast<const wf_body*>(at), where, size);
+    if (!given) return given.error();
+    at += size;
+    Body body = std::move(given).value();
     body.first_vertex = first_vertex;
-    body.vertex_count = from.vertex_count;
-    first_vertex += from.vertex_count;
-    if (Status known =
-            choose("bodies[" + std::to_string(b) + "].kind", from.kind, BodyKind::kRemoved, body.kind);
-        !known)
-      return known.error();
-    body.self_collision = from.self_collision != 0;
-    body.group = from.group;
-    body.mask = from.mask;
-    body.world = from.world;
-    body.thickness = from.thickness;
-    body.screw = from.screw != 0;
-    if (from.is_half_space != 0) {
-      HalfSpace& half_space = body.half_space.emplace();
-      std::copy(from.point, from.point + 3, half_space.point.begin());
-      std::copy(from.normal, from.normal + 3, half_space.normal.begin());
-    }
+    first_vertex += body.vertex_count;
     bodies.push_back(std::move(body));
   }
   return bodies;
@@ -101,12 +61,36 @@ Result<std::vector<Body>> bodies_of(const wf_scene& scene) {
 
 }  // namespace
 
+Result<Body> body_of(const wf_body* given, const std::string& where, std::size_t& size) {
+  const Result<wf_body> taken = read(given, initial_body(), "body");
+  if (!taken) return invalid_argument(where + ": " + taken.error().message);
+  const wf_body& from = taken.value();
+  size = from.size;
+  Body body;
+  if (from.name != nullptr) body.name = from.name;
+  body.vertex_count = from.vertex_count;
+  if (Status known = choose(where + ".kind", from.kind, BodyKind::kRemoved, body.kind); !known)
+    return known.error();
+  body.self_collision = from.self_collision != 0;
+  body.group = from.group;
+  body.mask = from.mask;
+  body.world = from.world;
+  body.thickness = from.thickness;
+  body.screw = from.screw != 0;
+  if (from.is_half_space != 0) {
+    HalfSpace& half_space = body.half_space.emplace();
+    std::copy(from.point, from.point + 3, half_space.point.begin());
+    std::copy(from.normal, from.normal + 3, half_space.normal.begin());
+  }
+  return body;
+}
+
 Error out_of(const std::string& field, std::int64_t value, int last) {
   return invalid_argument(field + ": " + std::to_string(value) + " is not in [0, " + std::to_string(last) +
                           "]");
 }
 
-Result<Positions> positions(const void* first, std::size_t count, bool float32, const char* field) {
+Result<Positions> positions(const void* first, std::size_t count, bool float32, const std::string& field) {
   if (float32) {
     const auto given = rows(static_cast<const float*>(first), count, field);
     if (!given) return given.error();
@@ -132,16 +116,10 @@ Result<SceneDescription> scene_of(const wf_scene& from, const Positions& at) {
       !taken)
     return taken.error();
   copy_optional(from.thickness, from.vertex_count, scene.thickness);
-  PairFilters& filters = scene.filters;
-  filters.within_edges = from.within_edges;
-  filters.near_at_rest = from.near_at_rest;
-  copy_optional(from.rest_positions, std::size_t{3} * from.vertex_count, filters.rest_positions);
-  if (Status taken = copy_rows(from.excluded_vertex_pairs, from.excluded_vertex_pair_count,
-                               "excluded_vertex_pairs", filters.excluded_vertex_pairs);
-      !taken)
-    return taken.error();
-  copy_optional(from.patches, from.vertex_count, filters.patches);
-  filters.rest_at(at);
+  Result<PairFilters> filters = filters_of(from);
+  if (!filters) return filters.error();
+  scene.filters = std::move(filters).value();
+  scene.filters.rest_at(at);
   return scene;
 }
 

@@ -20,8 +20,11 @@ namespace warmfront::c {
 /// That `field` is not in [0, last].
 Error out_of(const std::string& field, std::int64_t value, int last);
 
+/// A body, which errors call `where`; its first_vertex stays 0. `size`: of the struct, as its caller has it.
+Result<Body> body_of(const wf_body* given, const std::string& where, std::size_t& size);
+
 /// So many numbers, of floats or of doubles; refused where the array is null and some are expected.
-Result<Positions> positions(const void* first, std::size_t count, bool float32, const char* field);
+Result<Positions> positions(const void* first, std::size_t count, bool float32, const std::string& field);
 
 /// `at`: the positions of the scene's vertices.
 Result<SceneDescription> scene_of(const wf_scene& from, const Positions& at);

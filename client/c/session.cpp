@@ -51,7 +51,7 @@ wf_code wf_create(const wf_scene* scene, const wf_options* options, wf_session**
         Collider::create(std::make_shared<const Scene>(std::move(made).value()), at.value(), taken.value(),
                          threads == 0 ? *shared : std::make_shared<Workers>(static_cast<int>(threads)));
     if (!collider) return fail(collider.error());
-    *session = new wf_session(std::move(collider).value(), float32);
+    *session = new wf_session(std::move(collider).value(), float32, threads);
     return WF_OK;
   });
 }

@@ -17,12 +17,14 @@ struct wf_flag {
 };
 
 struct wf_session {
-  wf_session(warmfront::Collider collider, bool single)
+  wf_session(warmfront::Collider collider, bool single, std::uint32_t given_threads)
       : float32(single),
+        threads(given_threads),
         local(std::make_shared<warmfront::client::LocalSession>(
             std::move(collider), single ? warmfront::Rounding::kFloat32 : warmfront::Rounding::kFloat64)) {}
 
   bool float32;
+  std::uint32_t threads;  // as given
   std::shared_ptr<warmfront::client::LocalSession> local;
   // Of the last answer.
   warmfront::client::Answer answer;

@@ -57,6 +57,9 @@ void wf_body_init(wf_body* body, size_t size) {
 void wf_scene_init(wf_scene* scene, size_t size) {
   initialize(scene, size, wf_scene{});
 }
+void wf_change_init(wf_change* change, size_t size) {
+  initialize(change, size, wf_change{});
+}
 void wf_options_init(wf_options* options, size_t size) {
   initialize(options, size, initial_options());
 }

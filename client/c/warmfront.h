@@ -241,9 +241,68 @@ WF_API wf_code wf_vertex_distances(wf_session*, double distance, const wf_questi
 /* Which edges meet which faces? */
 WF_API wf_code wf_intersections(wf_session*, const wf_question*, wf_answer*, size_t answer_size);
 
+/* What a change of the scene is. Numbers and warmth after each: see engine/scene.h and engine/collider.h. */
+enum {
+  WF_ADD_BODY = 0,         /* behind all others; its index is the number of bodies before */
+  WF_CHANGE_BODY = 1,      /* another description; WF_REMOVED takes it out for good */
+  WF_REPLACE_BODY = 2,     /* another body with the same index: remeshed, refined, or in place of one that was removed */
+  WF_REPLACE_ELEMENTS = 3, /* other faces and edges for the same vertices: cut, torn, flipped */
+  WF_CHANGE_FILTERS = 4,   /* in place of all that there are */
+  WF_CHANGE_EXCLUDED_PAIRS = 5 /* in place of all that there are */
+};
+
+/* One change. What it has no use for is left as wf_change_init() leaves it: else it is refused. */
+typedef struct wf_change {
+  size_t size;
+  int32_t what;              /* WF_ADD_BODY */
+  uint32_t index;            /* of the body that is changed or replaced; also of one that an earlier change of the list adds.
+                              * WF_REPLACE_ELEMENTS: 0 is all of a scene without declared bodies */
+  /* WF_ADD_BODY, WF_CHANGE_BODY and WF_REPLACE_BODY. Its vertex_count is 0 or the change's; WF_CHANGE_BODY ignores it. NULL: a
+   * body as wf_body_init() leaves it is added; the description of one that is replaced stays. */
+  const wf_body* body;
+  /* WF_ADD_BODY and WF_REPLACE_BODY: the body's. WF_CHANGE_FILTERS: of all vertices that there are then, where arrays say
+   * something of each. */
+  uint32_t vertex_count;
+  const void* positions;     /* (vertex_count, 3), of the scene's type: where the body rests. No motion leads there */
+  const double* thickness;   /* (vertex_count), as wf_scene's; where the vertices before had one, WF_REPLACE_BODY needs it */
+  /* WF_ADD_BODY, WF_REPLACE_BODY and WF_REPLACE_ELEMENTS: number the body's own vertices from 0. */
+  const int32_t* faces;      /* (face_count, 3) */
+  size_t face_count;
+  const int32_t* edges;      /* (edge_count, 2) */
+  size_t edge_count;
+  /* WF_CHANGE_FILTERS: as wf_scene's; with near_at_rest, rest_positions are needed. */
+  uint32_t within_edges;
+  double near_at_rest;
+  const double* rest_positions;          /* (vertex_count, 3) */
+  const uint32_t* excluded_vertex_pairs; /* (excluded_vertex_pair_count, 2) */
+  size_t excluded_vertex_pair_count;
+  const uint32_t* patches;               /* (vertex_count) */
+  /* WF_CHANGE_EXCLUDED_PAIRS */
+  const uint32_t* excluded_pairs;        /* (excluded_pair_count, 2) bodies */
+  size_t excluded_pair_count;
+} wf_change;
+WF_API void wf_change_init(wf_change* change, size_t size);
+
+/* Carries out the changes in order, all or none, from the next question on. `options`: NULL, or others in place of all that the
+ * session has, in the same step; `threads` stays, and is 0 or what it was. `cancelled` may be NULL. The text of an error begins
+ * with the change at fault, "changes[i]", or with "options". A trial cannot be committed afterwards, and what wf_edges() gave is
+ * not valid any more. */
+WF_API wf_code wf_change_scene(wf_session*, const wf_change* changes, size_t change_count, const wf_options* options,
+                               const wf_flag* cancelled);
+
+/* How much there is now; what was removed and keeps its numbers is counted. */
+typedef struct wf_counts {
+  uint64_t frame; /* the last one */
+  size_t vertices;
+  size_t faces;
+  size_t edges;   /* as wf_edges() lists them */
+  size_t bodies;  /* of a scene without declared ones, 0 */
+} wf_counts;
+WF_API wf_code wf_count(const wf_session*, wf_counts* counts, size_t counts_size);
+
 /* Where everything is: (vertex_count, 3) float64 into `positions`, which has room for `count` numbers. */
 WF_API wf_code wf_positions(const wf_session*, double* positions, size_t count);
-/* The scene's edges, (edge_count, 2) vertices, which `features` number; valid until the session is freed. */
+/* The scene's edges, (edge_count, 2) vertices, which `features` number; valid until the scene is changed or the session freed. */
 WF_API wf_code wf_edges(const wf_session*, const uint32_t** edges, size_t* edge_count);
 
 #ifdef __cplusplus

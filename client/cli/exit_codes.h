@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exit codes of all verbs. Constants only.
+// Exit codes of all verbs. A signal ends a verb as it would any program (interrupt.h). Constants only.
 #pragma once
 
 namespace warmfront::client {

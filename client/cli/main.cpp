@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `warmfront VERB`: the command line. Runs on one thread.
+// `warmfront VERB`: the command line. Verbs run on this thread.
 #include <absl/synchronization/mutex.h>
 #include <malloc.h>
 #include <stdlib.h>
@@ -16,6 +16,7 @@
 #include "client/cli/bench/bench.h"
 #include "client/cli/detect/detect.h"
 #include "client/cli/exit_codes.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/load/load.h"
 #include "client/cli/merge/merge.h"
 #include "client/cli/queries/queries.h"
@@ -55,7 +56,10 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", "warmfront " WARMFRONT_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 ok, 1 the answer is \"no\", 2 failed, 3 usage.\n'warmfront VERB --help' lists a verb's "
+      "Exit codes: 0 ok, 1 the answer is \"no\", 2 failed, 3 usage; ended by a signal, as shells count it "
+      "128 and "
+      "its\nnumber (130 by an interrupt): nothing is left half written then.\n'warmfront VERB --help' lists "
+      "a verb's "
       "options.");
   std::vector<std::pair<CLI::App*, Verb>> verbs;
   const auto add = [&](const char* name, const char* description, Verb (*setup)(CLI::App&)) {
@@ -117,6 +121,7 @@ int main(int argc, char** argv) {
   // than encoding them.
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  warmfront::client::end_tidily();
   // As in the daemon: Debian builds Abseil with deadlock detection on, which slows gRPC's locks.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   try {

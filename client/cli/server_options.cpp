@@ -3,15 +3,27 @@
 #include "client/cli/server_options.h"
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <string>
 
 #include "client/lib/address.h"
+#include "proto/wire/trace_context.h"
 
 namespace warmfront::client {
-void add_server_options(CLI::App& app, std::string& address, ClientSecurity& security,
+void add_server_options(CLI::App& app, std::string& address, ClientOptions& connection,
                         const std::string& server_help, bool required) {
   CLI::Option* server = app.add_option("--server", address, server_help)->required(required);
   server->check([](const std::string& text) { return is_server_address(text) ? "" : kAddressExpected; });
+  // As tools that trace commands pass a span on, otel-cli for example.
+  server->each([&connection](const std::string&) {
+    const char* given = std::getenv("TRACEPARENT");  // NOLINT(concurrency-mt-unsafe): nothing writes it
+    if (given == nullptr || *given == '\0') return;
+    if (!wire::TraceContext::parse(given))
+      throw CLI::ValidationError("TRACEPARENT", std::string("the environment's '") + given + "': " +
+                                                    wire::kTraceparentExpected + "; correct or unset it");
+    connection.traceparent = given;
+  });
+  ClientSecurity& security = connection.security;
   const auto add_file = [&](const char* name, std::string& value, const char* help) {
     return app.add_option(name, value, help)->type_name("FILE")->needs(server);
   };

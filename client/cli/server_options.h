@@ -12,8 +12,9 @@ class App;
 
 namespace warmfront::client {
 
-/// --server, TLS and token options. The references must outlive the parsing.
-void add_server_options(CLI::App& app, std::string& address, ClientSecurity& security,
+/// --server, TLS and token options; and with --server, the environment's TRACEPARENT, a parsing error where
+/// it is none. The references must outlive the parsing.
+void add_server_options(CLI::App& app, std::string& address, ClientOptions& connection,
                         const std::string& server_help, bool required);
 
 }  // namespace warmfront::client

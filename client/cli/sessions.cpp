@@ -25,7 +25,7 @@ using Json = nlohmann::ordered_json;
 
 struct SessionsArguments {
   std::string server;
-  ClientSecurity security;
+  ClientOptions connection;
   bool all = false;
   std::string action = "list";
   std::string id;
@@ -146,7 +146,7 @@ int sessions(const SessionsArguments& arguments) {
     return usage_error("sessions " + arguments.action + ": an ID is needed; 'sessions list' shows them");
   if (arguments.action == "list" && !arguments.id.empty())
     return usage_error("sessions list takes no ID; 'sessions show ID' shows one");
-  Result<Client> client = Client::connect(arguments.server, {.security = arguments.security});
+  Result<Client> client = Client::connect(arguments.server, arguments.connection);
   if (!client) return failure(client.error().message);
   if (arguments.action == "check") {
     if (arguments.all)
@@ -177,7 +177,7 @@ Verb add_sessions(CLI::App& app) {
       ->check(CLI::IsMember({"list", "show", "check", "close"}))
       ->capture_default_str();
   app.add_option("ID", a.id, "The session to show, check or close");
-  add_server_options(app, a.server, a.security, "The daemon's address (HOST:PORT or unix:PATH)", true);
+  add_server_options(app, a.server, a.connection, "The daemon's address (HOST:PORT or unix:PATH)", true);
   app.add_flag("--all", a.all, "Sessions of all principals; needs the admin role");
   app.add_option("--principal", a.principal,
                  "With close --all: the session's owner, if several principals use this ID");

@@ -34,7 +34,8 @@ class ContactWriter {
                        std::span<const ContactRecord> contacts,
                        std::span<const ContactGeometry> geometry) = 0;
 
-  /// Flushes and closes; fails when any written data did not reach the file.
+  /// Flushes and closes; fails when any written data did not reach the file. Only then has the file, or the
+  /// series, its name: without this nothing is left of it, and what was there stays.
   virtual Status close() = 0;
 };
 

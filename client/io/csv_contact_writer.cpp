@@ -81,7 +81,7 @@ class CsvContactWriter final : public ContactWriter {
 
 Result<std::unique_ptr<ContactWriter>> open_csv_contact_writer(const std::string& path,
                                                                const WrittenFields& fields) {
-  Result<OutputFile> file = OutputFile::create(path);
+  Result<OutputFile> file = OutputFile::create_whole(path);
   if (!file) return file.error();
   return std::unique_ptr<ContactWriter>(std::make_unique<CsvContactWriter>(std::move(file).value(), fields));
 }

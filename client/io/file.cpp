@@ -61,11 +61,22 @@ Status check_writable(std::span<const std::string> paths) {
 }
 
 Result<OutputFile> OutputFile::create(const std::string& path) {
-  // Uses a duplicate descriptor, so that closing the file leaves stdout open.
-  std::FILE* file = path == "-" ? fdopen(dup(STDOUT_FILENO), "wb") : std::fopen(path.c_str(), "wb");
+  // Of stdout there is one buffer, so that who flushes it flushes all.
+  if (path == "-") return OutputFile(path, stdout);
+  std::FILE* file = std::fopen(path.c_str(), "wb");
   if (!file) return file_error(path, "cannot write", errno);
   std::setvbuf(file, nullptr, _IOFBF, std::size_t{1} << 18);
   return OutputFile(path, file);
+}
+
+Result<OutputFile> OutputFile::create_whole(const std::string& path) {
+  Result<StagedFile> staged = StagedFile::create(path);
+  if (!staged) return staged.error();
+  Result<OutputFile> file = create(staged.value().path());
+  if (!file) return file;
+  file.value().path_ = path;
+  file.value().staged_ = std::make_unique<StagedFile>(std::move(staged).value());
+  return file;
 }
 
 void OutputFile::write(std::string_view bytes) {
@@ -85,10 +96,12 @@ Status OutputFile::close() {
   if (file_) {
     (void)flush();  // its error is kept
     errno = 0;
-    if (std::fclose(file_.release()) != 0 && error_ == 0) error_ = errno ? errno : EIO;
+    std::FILE* file = file_.release();
+    if (file != stdout && std::fclose(file) != 0 && error_ == 0) error_ = errno ? errno : EIO;
   }
   if (error_ != 0) return file_error(path_, "cannot write", error_);
-  return {};
+  const std::unique_ptr<StagedFile> staged = std::move(staged_);
+  return staged ? staged->commit() : Status();
 }
 
 Status write_file(const std::string& path, std::string_view bytes) {

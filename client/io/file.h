@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "client/io/staged_file.h"
 #include "engine/result.h"
 
 namespace warmfront::client {
@@ -19,8 +20,11 @@ Result<std::string> read_file(const std::string& path);
 /// A file being written. Errors are kept until close(), so that writers need not check every call.
 class OutputFile {
  public:
-  /// Creates or truncates `path`; "-" is stdout.
+  /// Creates or truncates `path`; "-" is stdout, which stays open.
   static Result<OutputFile> create(const std::string& path);
+  /// The same, but `path` gets what is written when it is closed, without an error: until then what has that
+  /// name stays as it is (StagedFile).
+  static Result<OutputFile> create_whole(const std::string& path);
 
   void write(std::string_view bytes);
 
@@ -32,11 +36,14 @@ class OutputFile {
 
  private:
   struct Closer {
-    void operator()(std::FILE* file) const { std::fclose(file); }
+    void operator()(std::FILE* file) const {
+      if (file != stdout) std::fclose(file);
+    }
   };
   OutputFile(std::string path, std::FILE* file) : path_(std::move(path)), file_(file) {}
 
-  std::string path_;
+  std::string path_;                    // its own, where it is staged
+  std::unique_ptr<StagedFile> staged_;  // null: it is written in its place
   std::unique_ptr<std::FILE, Closer> file_;
   int error_ = 0;
 };

@@ -84,7 +84,7 @@ class JsonlContactWriter final : public ContactWriter {
 
 Result<std::unique_ptr<ContactWriter>> open_jsonl_contact_writer(const std::string& path,
                                                                  const WrittenFields& fields) {
-  Result<OutputFile> file = OutputFile::create(path);
+  Result<OutputFile> file = OutputFile::create_whole(path);
   if (!file) return file.error();
   return std::unique_ptr<ContactWriter>(
       std::make_unique<JsonlContactWriter>(std::move(file).value(), fields));

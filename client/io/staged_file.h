@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs that appear whole or not at all. One thread at a time each.
+// Outputs that appear whole or not at all. One thread at a time each, but for remove_all().
 #pragma once
 
 #include <filesystem>
@@ -26,6 +26,10 @@ class StagedFile {
   StagedFile& operator=(const StagedFile&) = delete;
   StagedFile& operator=(StagedFile&&) = delete;
   ~StagedFile();
+
+  /// Removes what is staged, of all there are; none is staged, moved or removed from then on. For who ends
+  /// the process at once. Any thread; returns when those that are being moved are in their place.
+  static void remove_all() noexcept;
 
   /// Where to write.
   const std::string& path() const { return path_; }

@@ -54,12 +54,14 @@ std::string VtpSeries::file_of(const std::string& path, std::uint64_t number) {
 }
 
 Result<VtpSeries> VtpSeries::create(const std::string& path) {
-  std::string stem = stem_of(path);
+  Result<StagedFile> staged = StagedFile::create(path);
+  if (!staged) return staged.error();
+  std::string stem = stem_of(staged.value().path());
   Result<OutputFile> index = OutputFile::create(stem + ".pvd");
   if (!index) return index.error();
   index.value().write(
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
-  return VtpSeries(std::move(stem), std::move(index).value());
+  return VtpSeries(std::move(staged).value(), std::move(stem), std::move(index).value());
 }
 
 Status VtpSeries::add(std::uint64_t number, std::string_view vtp) {
@@ -73,7 +75,8 @@ Status VtpSeries::add(std::uint64_t number, std::string_view vtp) {
 
 Status VtpSeries::close() {
   index_.write("</Collection>\n</VTKFile>\n");
-  return index_.close();
+  if (Status status = index_.close(); !status) return status;
+  return staged_.commit();
 }
 
 }  // namespace warmfront::client

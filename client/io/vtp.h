@@ -48,7 +48,7 @@ class VtpArrays {
 /// NAME_000001.vtp, ... and NAME.pvd beside them.
 class VtpSeries {
  public:
-  /// `path` with or without ".vtp".
+  /// `path` with or without ".vtp". Nothing of it is there before close().
   static Result<VtpSeries> create(const std::string& path);
 
   /// The file of frame `number` of the series at `path`, with or without ".vtp".
@@ -60,9 +60,11 @@ class VtpSeries {
   Status close();
 
  private:
-  VtpSeries(std::string stem, OutputFile index) : stem_(std::move(stem)), index_(std::move(index)) {}
+  VtpSeries(StagedFile staged, std::string stem, OutputFile index)
+      : staged_(std::move(staged)), stem_(std::move(stem)), index_(std::move(index)) {}
 
-  std::string stem_;
+  StagedFile staged_;
+  std::string stem_;  // where it is staged
   OutputFile index_;
 };
 

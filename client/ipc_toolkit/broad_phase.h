@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,12 +26,13 @@ namespace warmfront::ipc_toolkit {
 /// missing; of those whose boxes overlap, others are left out. Candidates are listed in a fixed order, the
 /// same for any number of threads. Which questions are IPC Toolkit's own method's is said in README.md.
 ///
-/// Throws std::invalid_argument for coordinates that are not finite and for indices out of range.
+/// Throws std::invalid_argument for coordinates that are not finite, for indices out of range, and for
+/// patches of another number of vertices than is built.
 class BroadPhase : public ::ipc::BroadPhase {
  public:
   /// `threads`: 0, one per core. `patches`: a number a vertex, 0 for none. Pairs of which all vertices have
   /// the same number are left out by the search itself, as ipc::make_vertex_patches_filter() leaves them out
-  /// after it. Of meshes with so many vertices alone.
+  /// after it. Only meshes of so many vertices can be built then.
   explicit BroadPhase(int threads = 0, std::vector<std::uint32_t> patches = {})
       : workers_(std::make_shared<Workers>(threads)),
         patches_(std::move(patches)),
@@ -161,7 +163,11 @@ class BroadPhase : public ::ipc::BroadPhase {
     } else {
       auto elements = std::make_unique<Elements>(Elements{n, edges, faces, std::nullopt});
       Mesh mesh{static_cast<std::size_t>(n), rows<2>(elements->edges), rows<3>(elements->faces), {}};
-      if (patches_.size() == mesh.vertex_count) mesh.patches = patches_;
+      if (!patches_.empty() && patches_.size() != mesh.vertex_count)
+        throw std::invalid_argument("warmfront: patches: " + std::to_string(patches_.size()) +
+                                    " numbers for a mesh of " + std::to_string(mesh.vertex_count) +
+                                    " vertices; give one for each, or none");
+      mesh.patches = patches_;
       elements->mesh = MeshCandidates::create(std::move(mesh), workers_);
       known_.insert(known_.begin(), std::move(elements));
       if (known_.size() > kMostElements) known_.pop_back();

@@ -9,8 +9,18 @@
 #include "client/lib/connection.h"
 #include "client/lib/session_impl.h"
 #include "client/lib/uuid.h"
+#include "proto/wire/trace_context.h"
 
 namespace warmfront::client {
+namespace {
+
+Status check_traceparent(const std::string& traceparent) {
+  if (traceparent.empty() || wire::TraceContext::parse(traceparent)) return {};
+  return invalid_argument("traceparent '" + traceparent + "': " + wire::kTraceparentExpected);
+}
+
+}  // namespace
+
 struct Client::Impl {
   Impl(const std::string& address, const ClientOptions& options, const Credentials& credentials)
       : connection(std::make_shared<Connection>(address, options, credentials)) {}
@@ -27,6 +37,7 @@ Result<Client> Client::connect(const std::string& address, const ClientOptions& 
   if (std::optional<std::string> folder = missing_folder(address))
     return Error{ErrorCode::kUnavailable, address + ": there is no folder " + *folder +
                                               "; is this the path of the daemon's --listen?"};
+  if (Status valid = check_traceparent(options.traceparent); !valid) return valid.error();
   const Result<Credentials> credentials = read_credentials(address, options.security);
   if (!credentials) return credentials.error();
   auto impl = std::make_shared<Impl>(address, options, credentials.value());
@@ -37,12 +48,13 @@ Result<Client> Client::connect(const std::string& address, const ClientOptions& 
 
 Result<Session> Client::create_session(SceneDescription scene, const Positions& positions,
                                        const ColliderOptions& options, const SessionOptions& session) {
+  if (Status valid = check_traceparent(session.traceparent); !valid) return valid.error();
   v1::SessionHeader header;
   header.set_session_id(session.id.empty() ? random_uuid() : session.id);
   header.set_first_frame(session.first_frame);
   *header.mutable_options() = to_proto(options);
   auto impl = std::make_shared<Session::Impl>(impl_->connection, std::move(header),
-                                              SceneState(std::move(scene), positions));
+                                              SceneState(std::move(scene), positions), session.traceparent);
   if (const Status opened = impl->open(); !opened) return opened.error();
   return Session(std::move(impl));
 }

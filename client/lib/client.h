@@ -46,6 +46,10 @@ struct ClientOptions {
   /// through it, with the same bits, and the daemon charges it to the session. Otherwise, and where there is
   /// none, all goes by the socket.
   bool shared_memory = true;
+  /// The caller's span, as the `traceparent` of W3C Trace Context says it: the daemon's spans of frames,
+  /// where it exports traces, are below it, if its flag says that it is sampled. Sent with every call. Empty:
+  /// none.
+  std::string traceparent = {};
   /// A session fails after this many consecutive resumes without an answer, so that a frame that crashes
   /// every daemon is not sent forever.
   int max_resumes_without_answer = 5;
@@ -56,9 +60,11 @@ struct ClientOptions {
 
 struct SessionOptions {
   /// A UUID; a random one when empty.
-  std::string id;
+  std::string id = {};
   /// Frame number of the positions that the session is created with; the first step is the next.
   std::uint64_t first_frame = 0;
+  /// Of this session's frames, in place of the client's: see ClientOptions::traceparent.
+  std::string traceparent = {};
 };
 
 /// A session of a daemon. It keeps the scene, the positions last answered, the last trial and the frames
@@ -147,7 +153,7 @@ class Client {
   /// Connects to `HOST:PORT` or `unix:PATH`; kInvalidArgument for anything else, for example a URL.
   /// kUnavailable when no daemon answers within the call timeout, including a failed TLS handshake;
   /// kUnauthenticated for an unknown token; kInvalidArgument for unreadable files, and for a token that would
-  /// be sent unencrypted.
+  /// be sent unencrypted, and a traceparent that is none.
   static Result<Client> connect(const std::string& address, const ClientOptions& options = {});
   ~Client();
   Client(Client&&) noexcept;
@@ -157,8 +163,9 @@ class Client {
   /// stored as float32. Vertices in no face and no edge are points: tested against faces and, with a
   /// separation or thickness, against edges of no face and each other
   /// (Scene::isolated_vertices()). Filters that need a rest shape and have none take these positions. Fails
-  /// as Scene::create() and Collider::create() do, with kAlreadyExists for an id in use, kResourceExhausted
-  /// beyond the daemon's limits, and kUnimplemented for filters where the daemon is older than they are.
+  /// as Scene::create() and Collider::create() do, as connect() for a traceparent, with kAlreadyExists for an
+  /// id in use, kResourceExhausted beyond the daemon's limits, and kUnimplemented for filters where the
+  /// daemon is older than they are.
   Result<Session> create_session(SceneDescription scene, const Positions& positions,
                                  const ColliderOptions& options = {}, const SessionOptions& session = {});
 

@@ -117,9 +117,12 @@ std::optional<std::string> Connection::memory_socket() const {
   return address_.substr(kUnix.size()) + wire::kSharedMemorySuffix;
 }
 
-void Connection::prepare(grpc::ClientContext& context, const std::string& session_id) const {
+void Connection::prepare(grpc::ClientContext& context, const std::string& session_id,
+                         const std::string& traceparent) const {
   if (!authorization_.empty()) context.AddMetadata("authorization", authorization_);
   if (!session_id.empty()) context.AddMetadata("warmfront-session", session_id);
+  const std::string& span = traceparent.empty() ? options_.traceparent : traceparent;
+  if (!span.empty()) context.AddMetadata("traceparent", span);
 }
 
 template <class Stub, class Request, class Response>

@@ -33,8 +33,10 @@ class Connection {
   std::optional<std::string> memory_socket() const;
   /// Reserves a long-lived call on a connection with room.
   ChannelPool::Lease channel() { return channels_.take(); }
-  /// Adds the credentials, and the session id if any, to a call's context. Every call must use it.
-  void prepare(grpc::ClientContext& context, const std::string& session_id = {}) const;
+  /// Adds the credentials, the session id if any, and this traceparent or else that of the options, to a
+  /// call's context. Every call must use it.
+  void prepare(grpc::ClientContext& context, const std::string& session_id = {},
+               const std::string& traceparent = {}) const;
 
   /// Both wait for a daemon up to their timeout, and store its limits. With a session id, of the daemon that
   /// serves that session.

@@ -11,8 +11,12 @@
 
 namespace warmfront::client {
 
-Session::Impl::Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneState state)
-    : connection_(std::move(connection)), header_(std::move(header)), state_(std::move(state)) {}
+Session::Impl::Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneState state,
+                    std::string traceparent)
+    : connection_(std::move(connection)),
+      traceparent_(std::move(traceparent)),
+      header_(std::move(header)),
+      state_(std::move(state)) {}
 
 Session::Impl::~Impl() {
   static_cast<void>(close());

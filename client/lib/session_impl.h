@@ -26,7 +26,9 @@ namespace warmfront::client {
 /// unanswered frames. A frame leaves `unanswered_` only when its answer is complete, so each gets exactly
 /// one.
 struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
-  Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneState state);
+  /// `traceparent`: of its frames; empty: the connection's.
+  Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneState state,
+       std::string traceparent);
   ~Impl();
 
   /// Creates the session in the daemon and attaches to it.
@@ -143,6 +145,7 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
 
   // Constant after construction.
   const std::shared_ptr<Connection> connection_;
+  const std::string traceparent_;
 
   // What is kept to create the session again.
   v1::SessionHeader header_;  ///< first_frame: the last answered frame; first_revision: changes made

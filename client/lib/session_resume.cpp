@@ -206,7 +206,7 @@ std::optional<RemoteError> Session::Impl::create() {
 std::optional<RemoteError> Session::Impl::attach(WallClock::time_point deadline) {
   const RemoteError timeout{{ErrorCode::kUnavailable, "no daemon answers"}};
   // The session's own once it is attached.
-  auto stream = std::make_unique<StepStream>(*connection_, id(), looking());
+  auto stream = std::make_unique<StepStream>(*connection_, id(), looking(), traceparent_);
   if (stream->start(deadline) != StepStream::Event::kDone) return timeout;
   v1::StreamStepsRequest request;
   request.mutable_attach()->set_session_id(id());

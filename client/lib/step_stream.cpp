@@ -12,9 +12,10 @@
 
 namespace warmfront::client {
 
-StepStream::StepStream(Connection& connection, const std::string& session_id, Look look)
+StepStream::StepStream(Connection& connection, const std::string& session_id, Look look,
+                       const std::string& traceparent)
     : channel_(connection.channel()), look_(std::move(look)) {
-  connection.prepare(context_, session_id);
+  connection.prepare(context_, session_id, traceparent);
   // Wait for a restarting daemon, up to the deadline of start().
   context_.set_wait_for_ready(true);
   grpc::TemplatedGenericStub<grpc::ByteBuffer, v1::StreamStepsResponse> stub(channel_->channel);

@@ -28,7 +28,9 @@ class StepStream {
 
   /// Begins the call; `connection` must outlive the stream. `look` is called while anything is waited for.
   /// After it threw the stream is unusable unless whole().
-  StepStream(Connection& connection, const std::string& session_id, Look look = {});
+  /// `traceparent`: as of Connection::prepare().
+  StepStream(Connection& connection, const std::string& session_id, Look look = {},
+             const std::string& traceparent = {});
   /// Cancels the call if it is not over.
   ~StepStream();
   StepStream(const StepStream&) = delete;

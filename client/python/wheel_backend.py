@@ -30,6 +30,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 REQUIRES = ("numpy (>=1.21)", "grpcio (>=1.51)", "protobuf (>=4.21,<7)")
 PROGRAMS = ("warmfront", "warmfrontd")
+MADE = ("build", "dist", "out")  # folders at the top that commands make: deploy/wheel puts wheels into dist
 # Of glibc, and of the compiler that the system has: a process has one of each.
 OF_SYSTEM = re.compile(r"(ld-linux.*|linux-vdso|libc|libm|libdl|librt|libpthread|libresolv|libutil|libstdc\+\+|libgcc_s)\.so")
 
@@ -168,7 +169,7 @@ def _sources() -> list[str]:
     """Of the repository what git has; of an unpacked sdist, which git does not have, all but what is built."""
     if (ROOT / "PKG-INFO").exists():
         paths = (path.relative_to(ROOT) for path in ROOT.rglob("*") if not path.is_dir())
-        names = [path.as_posix() for path in paths if path.parts[0] != "build" and "__pycache__" not in path.parts]
+        names = [path.as_posix() for path in paths if path.parts[0] not in MADE and "__pycache__" not in path.parts]
         return sorted(set(names) - {"PKG-INFO", "pyproject.toml"})
     return sorted(_run("git", "-C", ROOT, "ls-files", "-z").rstrip("\0").split("\0"))
 

@@ -5,6 +5,7 @@
 #include "engine/motion/check_positions.h"
 #include "engine/motion/position_rows.h"
 #include "engine/motion/scene_motion.h"
+#include "engine/scene/description_checks.h"
 
 namespace warmfront {
 namespace {
@@ -24,10 +25,10 @@ Status check_any(const Positions& positions, std::uint32_t vertex_count, const s
 
 // Bodies of which a frame may name vertices; a static one's positions may be repeated.
 Status check_movable(const Body& body, std::uint32_t index, const std::string& where) {
-  const std::string name = "body " + std::to_string(index);
-  if (body.kind == BodyKind::kRemoved) return invalid_argument(where + ": " + name + " was removed");
+  const auto name = [&] { return in_words(index, body); };
+  if (body.kind == BodyKind::kRemoved) return invalid_argument(where + ": " + name() + " was removed");
   if (body.kind == BodyKind::kStatic)
-    return invalid_argument(where + ": " + name +
+    return invalid_argument(where + ": " + name() +
                             " is static and does not move; leave it out, or change its kind first");
   return {};
 }
@@ -76,8 +77,8 @@ Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, 
       const auto& now = motion_.vertices()[new_vertex(GivenVertex{v})].t1;
       for (int axis = 0; axis < 3; ++axis) {
         if (coordinate(positions, std::size_t{3} * v + axis) != now[axis])
-          return invalid_argument(at("positions", v) + "." + "xyz"[axis] + ": moves, but body " +
-                                  std::to_string(b) + " is static; make it rigid or deformable");
+          return invalid_argument(at("positions", v) + "." + "xyz"[axis] + ": moves, but " +
+                                  in_words(b, body) + " is static; make it rigid or deformable");
       }
     }
   }
@@ -97,7 +98,8 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     // A body's first vertex stands for it, as 2; for a half-space, which has none, a bit of its own.
     const bool empty = parts_[index].empty();
     const bool twice = empty ? (given_[index] & kNamed) != 0 : named_[parts_[index].first] == 2;
-    if (twice) return invalid_argument(where + ": body " + std::to_string(index) + " is given twice");
+    if (twice)
+      return invalid_argument(where + ": " + in_words(index, scene.bodies()[index]) + " is given twice");
     if (empty)
       given_[index] |= kNamed;
     else
@@ -110,7 +112,7 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     const std::string where = at("bodies", i);
     if (Status status = check_body(body.body, where); !status) return status;
     if (parts_[body.body].empty())
-      return invalid_argument(where + ": body " + std::to_string(body.body) +
+      return invalid_argument(where + ": " + in_words(body.body, scene.bodies()[body.body]) +
                               " is a half-space, which has no positions; give its pose");
     if (Status status =
             check_any(body.positions, scene.bodies()[body.body].vertex_count, where + ".positions", stop);
@@ -123,7 +125,7 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     const std::uint32_t index = frame.poses[i].body;
     if (Status status = check_body(index, where); !status) return status;
     if (scene.bodies()[index].kind != BodyKind::kRigid)
-      return invalid_argument(where + ": body " + std::to_string(index) +
+      return invalid_argument(where + ": " + in_words(index, scene.bodies()[index]) +
                               " is not rigid; give its positions, or make it rigid first");
     if (Status status = check_pose(frame.poses[i].pose, where + ".pose", poses); !status) return status;
   }
@@ -140,11 +142,11 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
       const Body& body = scene.bodies()[index];
       if (Status status = check_movable(body, index, where); !status) return status;
       if (body.kind == BodyKind::kRigid)
-        return invalid_argument(where + ": vertex " + std::to_string(v) + " is of the rigid body " +
-                                std::to_string(index) + "; give its pose, or all of its positions");
+        return invalid_argument(where + ": vertex " + std::to_string(v) + " is of the rigid " +
+                                in_words(index, body) + "; give its pose, or all of its positions");
       if (named_[parts_[number_of(part)].first] == 2)
-        return invalid_argument(where + ": vertex " + std::to_string(v) + " is of body " +
-                                std::to_string(index) + ", which the frame gives as a whole");
+        return invalid_argument(where + ": vertex " + std::to_string(v) + " is of " + in_words(index, body) +
+                                ", which the frame gives as a whole");
     }
     if (named_[v] != 0) return invalid_argument(where + ": vertex " + std::to_string(v) + " is named twice");
     named_[v] = 1;

@@ -88,6 +88,22 @@ std::string name_of(std::size_t body) {
   return "bodies[" + std::to_string(body) + "]";
 }
 
+std::string in_words(std::size_t index, const Body& body) {
+  std::string words = "body " + std::to_string(index);
+  if (body.name.empty()) return words;
+  constexpr std::size_t kMostShown = 64;
+  std::size_t shown = std::min(body.name.size(), kMostShown);
+  const auto continues = [&](std::size_t i) {
+    return (static_cast<unsigned char>(body.name[i]) & 0xc0) == 0x80;
+  };
+  while (shown < body.name.size() && shown > 0 && continues(shown)) --shown;  // a character is whole
+  words += " (\"";
+  // A message is one line, whatever a name holds.
+  for (const char c : body.name.substr(0, shown))
+    words += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+  return words + (shown < body.name.size() ? "...\")" : "\")");
+}
+
 namespace {
 
 Status check_half_space(const Body& body, const std::string& where) {

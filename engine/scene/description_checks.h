@@ -28,8 +28,11 @@ inline constexpr double kMostThickness = 0x1p1020;
 /// Of a half-space's normal, in each coordinate: a rotation of it stays within double's range.
 inline constexpr double kMostNormal = 0x1p1020;
 
-/// A body in messages.
+/// A body in messages about descriptions.
 std::string name_of(std::size_t body);
+/// A body in messages about what becomes of it: its index, and the name that its caller knows it by, where it
+/// has one: `body 3 ("sleeve")`. Of a long name the beginning.
+std::string in_words(std::size_t index, const Body& body);
 
 /// A body's description, except its range. `where` names it.
 Status check_body(const Body& body, const std::string& where);

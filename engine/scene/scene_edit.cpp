@@ -164,7 +164,7 @@ Status SceneEdit::carry_out(ChangeExcludedPairs& change, std::size_t /*at*/) {
 Status SceneEdit::carry_out(ChangeBody& change, std::size_t /*at*/) {
   auto& [index, body] = change;
   if (index < scene_.bodies_.size() && scene_.bodies_[index].kind == BodyKind::kRemoved)
-    return invalid_argument("body " + std::to_string(index) + " was removed; add a new one" +
+    return invalid_argument(in_words(index, scene_.bodies_[index]) + " was removed; add a new one" +
                             (scene_.bodies_[index].half_space ? "" : ", or replace it"));
   return scene_.change(index, std::move(body));
 }
@@ -192,7 +192,7 @@ Status SceneEdit::carry_out(ReplaceElements& change, std::size_t /*at*/) {
   const Body& body = scene_.bodies_[index];
   if (Status status = check_has_mesh(body, name_of(index)); !status) return status;
   if (body.kind == BodyKind::kRemoved)
-    return invalid_argument("body " + std::to_string(index) + " was removed; replace it as a whole");
+    return invalid_argument(in_words(index, body) + " was removed; replace it as a whole");
   order_faces();
   const std::span<const double> thickness = thickness_of(index);
   BodyAddition elements;

@@ -10,9 +10,12 @@
 #include <string_view>
 
 #include "engine/statistics.h"
-#include "server/observe/trace_context.h"
+#include "proto/wire/trace_context.h"
 
 namespace warmfront::server {
+
+using wire::SpanId;
+using wire::TraceContext;
 
 struct FrameTrace {
   using Clock = std::chrono::steady_clock;
@@ -34,9 +37,14 @@ struct FrameTrace {
   StageTimes stages_ms;
   std::uint64_t rows = 0;
   std::int32_t code = 0;  ///< google.rpc.Code
+  /// Of a frame that failed: its error's message, or as much of its beginning as there is room for.
+  std::array<char, 256> message{};
 
   void set_session(std::string_view id) {
     std::copy_n(id.begin(), std::min(id.size(), session.size() - 1), session.begin());
+  }
+  void set_message(std::string_view words) {
+    std::copy_n(words.begin(), std::min(words.size(), message.size() - 1), message.begin());
   }
 };
 

@@ -55,7 +55,8 @@ class Spans {
                           attribute("warmfront.session", std::string(frame_.session.data())),
                           attribute("warmfront.frame", frame_.frame),
                           attribute("warmfront.contacts", frame_.rows)};
-    if (frame_.code != 0) root["status"] = {{"code", 2}};  // ERROR
+    if (frame_.code != 0)
+      root["status"] = {{"code", 2}, {"message", std::string(frame_.message.data())}};  // ERROR
     to_.push_back(std::move(root));
     child("receive", frame_.span, frame_.received, arrived_);
     child("queue", frame_.span, arrived_, begun_);

@@ -13,6 +13,7 @@
 #include "server/transport/errors.h"
 #include "server/transport/pages.h"
 #include "server/transport/raw_unary.h"
+#include "server/transport/session_metadata.h"
 #include "warmfront/v1/admin_service.grpc.pb.h"
 
 namespace warmfront::server {
@@ -70,6 +71,9 @@ class AdminService final : public Base {
     context_.metrics.call_began(method);
     AuditEvent event{
         .action = method, .principal = {}, .peer = call.peer(), .request_id = call_tag(call).request_id};
+    // Known before anything is parsed: whose call is refused may name it here.
+    if (const Outcome<SessionId> named = SessionId::parse(session_metadata(call)))
+      event.session = named.value().text();
     const auto record = [&](int code, std::string reason) {
       event.code = code;
       event.reason = std::move(reason);

@@ -14,6 +14,7 @@ inline void note_outcome(const FrameOutcome& outcome, FrameTrace& trace) {
   trace.computed = FrameTrace::Clock::now();
   if (!outcome) {
     trace.code = wire::canonical_code(outcome.fault().code);
+    trace.set_message(outcome.fault().message);
     return;
   }
   trace.stages_ms = outcome.value()->statistics.ms;

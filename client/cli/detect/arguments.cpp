@@ -82,7 +82,7 @@ void add_detect_options(CLI::App& app, DetectArguments& a) {
       "--remeshed", a.remeshed,
       "Mesh files may differ in topology: one that does stands for the same moment as the file before "
       "it, so that nothing is tested between the two");
-  add_server_options(app, a.server, a.security,
+  add_server_options(app, a.server, a.connection,
                      "Step on the daemon at this address (HOST:PORT or unix:PATH), not in this process",
                      false);
   app.add_option("--tier", a.tier, "How an elementary test decides")

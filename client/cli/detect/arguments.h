@@ -23,7 +23,7 @@ struct DetectArguments {
   std::vector<std::string> inputs;
   bool remeshed = false;  ///< mesh files may differ in topology
   std::string server;
-  ClientSecurity security;
+  ClientOptions connection;
   std::string tier{to_string(ColliderOptions{}.tier)};
   std::string report{to_string(ColliderOptions{}.report)};
   std::string front{to_string(ColliderOptions{}.front)};

@@ -72,11 +72,11 @@ class RemoteStepper final : public Stepper {
 }  // namespace
 
 Result<std::unique_ptr<Stepper>> make_remote_stepper(const std::string& address,
-                                                     const ClientSecurity& security,
+                                                     const ClientOptions& connection,
                                                      const SceneDescription& scene,
                                                      const Positions& positions,
                                                      const ColliderOptions& options) {
-  ClientOptions to_daemon{.security = security};
+  ClientOptions to_daemon = connection;
   // No other output is printed meanwhile, and resuming may take as long as the resume timeout.
   to_daemon.on_lost = [address, timeout = to_daemon.resume_timeout](const Error& why) {
     std::fprintf(stderr, "warmfront: the session was lost (%s); resuming it at %s within %lld s\n",

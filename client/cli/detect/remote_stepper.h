@@ -10,10 +10,10 @@
 
 namespace warmfront::client {
 
-/// A session on the daemon at `address` (`HOST:PORT` or `unix:PATH`), with `security`, `scene` and the
+/// A session on the daemon at `address` (`HOST:PORT` or `unix:PATH`), by `connection`, with `scene` and the
 /// positions of frame 0.
 Result<std::unique_ptr<Stepper>> make_remote_stepper(const std::string& address,
-                                                     const ClientSecurity& security,
+                                                     const ClientOptions& connection,
                                                      const SceneDescription& scene,
                                                      const Positions& positions,
                                                      const ColliderOptions& options);

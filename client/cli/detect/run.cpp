@@ -87,7 +87,7 @@ Status DetectRun::open_stepper(const Positions& first) {
   Result<std::unique_ptr<Stepper>> stepper =
       arguments_.server.empty()
           ? make_local_stepper(scene_, first, local, arguments_.threads)
-          : make_remote_stepper(arguments_.server, arguments_.security, scene_, first, arguments_.options);
+          : make_remote_stepper(arguments_.server, arguments_.connection, scene_, first, arguments_.options);
   if (!stepper) return stepper.error();
   stepper_ = std::move(stepper).value();
   return {};
@@ -180,8 +180,6 @@ Status DetectRun::begin_first(const PartRange& part, FrameSteps& steps, const Po
   }
   Result<std::vector<ContactRecord>> before = enter(part, first, reference);
   if (!before) return before.error();
-  if (!arguments_.record_file.empty())
-    if (Status status = start_recording(first, reference); !status) return status;
   if (arguments_.options.explain) {
     Result<Explanation> started =
         arguments_.server.empty()
@@ -200,6 +198,8 @@ Status DetectRun::begin_first(const PartRange& part, FrameSteps& steps, const Po
       !status)
     return status;
   if (Status status = start_report(steps.end()); !status) return status;
+  if (!arguments_.record_file.empty())
+    if (Status status = start_recording(first, reference); !status) return status;
   if (table_) print_detect_header(report_.half_spaces);
   return {};
 }

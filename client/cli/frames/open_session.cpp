@@ -17,7 +17,7 @@ Status SessionPlace::check() const {
 }
 
 void add_session_place(CLI::App& app, SessionPlace& place) {
-  add_server_options(app, place.server, place.security,
+  add_server_options(app, place.server, place.connection,
                      "Ask the daemon at this address (HOST:PORT or unix:PATH), not this process", false);
   app.add_option("--threads", place.threads, "Threads in this process; 0: one per core")
       ->check(CLI::Range(0, 1024))
@@ -28,7 +28,7 @@ Result<AnySession> open_session(const SessionPlace& place, const SceneDescriptio
                                 const Positions& start, const ColliderOptions& options) {
   if (place.server.empty())
     return AnySession::create(scene, start, options, std::make_shared<Workers>(place.threads));
-  Result<Client> client = Client::connect(place.server, {.security = place.security});
+  Result<Client> client = Client::connect(place.server, place.connection);
   if (!client) return client.error();
   Result<Session> session = client.value().create_session(scene, start, options);
   if (!session) return session.error();

@@ -17,13 +17,13 @@ namespace warmfront::client {
 struct SessionPlace {
   std::string server;  ///< empty: in this process, with
   int threads = 0;     ///< so many threads, or one per core
-  ClientSecurity security;
+  ClientOptions connection;
 
   /// kInvalidArgument where options contradict each other.
   Status check() const;
 };
 
-/// --server with its security, and --threads. `place` must outlive the parsing.
+/// --server with its connection, and --threads. `place` must outlive the parsing.
 void add_session_place(CLI::App& app, SessionPlace& place);
 
 /// Fails as Scene::create() and Collider::create(), or Client::connect() and Client::create_session() do.

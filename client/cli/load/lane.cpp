@@ -59,8 +59,9 @@ void Lane::lost(const Error& error) {
 
 bool Lane::open() {
   if (!client_) {
-    Result<Client> client =
-        Client::connect(plan_.server, {.security = plan_.security, .resume_timeout = kResumeTimeout});
+    ClientOptions connection = plan_.connection;
+    connection.resume_timeout = kResumeTimeout;
+    Result<Client> client = Client::connect(plan_.server, connection);
     if (!client) {
       failure_ = client.error();
       lost(client.error());

@@ -160,7 +160,7 @@ void heed_interrupts() {
 }
 
 Status describe_server(const Plan& plan, Report& report) {
-  Result<Client> client = Client::connect(plan.server, {.security = plan.security});
+  Result<Client> client = Client::connect(plan.server, plan.connection);
   if (!client) return client.error();
   const Result<ServerInfo> info = client.value().server_info();
   if (!info) return info.error();
@@ -264,7 +264,7 @@ int load_verb(LoadArguments a) {
 Verb add_load(CLI::App& app) {
   auto arguments = std::make_shared<LoadArguments>();
   LoadArguments& a = *arguments;
-  add_server_options(app, a.plan.server, a.plan.security, "Daemon to stream to (HOST:PORT or unix:PATH)",
+  add_server_options(app, a.plan.server, a.plan.connection, "Daemon to stream to (HOST:PORT or unix:PATH)",
                      true);
   take_list(app.add_option("--scene", a.scene,
                            "What each session streams, forward and backward: as the INPUT of 'detect', or a "

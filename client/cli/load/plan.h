@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kMostSessions = 1024;
 
 struct Plan {
   std::string server;
-  ClientSecurity security;
+  ClientOptions connection;
   ColliderOptions options;
   SendMode send = SendMode::kAll;
   Mix mix;              ///< what each session asks in turn

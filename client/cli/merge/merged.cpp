@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "client/cli/detect/table.h"
+#include "client/cli/interrupt.h"
 
 namespace warmfront::client {
 namespace {
@@ -103,6 +104,7 @@ FrameReport row_of(const Json& frame) {
 
 void print_worst(const char* what, const char* format, const std::vector<OfFrame>& list) {
   if (list.empty()) return;
+  const WholeRow row;
   std::printf("%s: ", what);
   const char* separator = "";
   for (const OfFrame& one : list) {

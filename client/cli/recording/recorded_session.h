@@ -29,6 +29,8 @@ struct RecordedStep {
     return kind == v1::Question::KIND_UNSPECIFIED || kind == v1::Question::KIND_STEP ||
            kind == v1::Question::KIND_PLACE;
   }
+  /// Is everything put where it is, without a motion?
+  bool places() const { return !commit && parts.front().question().kind() == v1::Question::KIND_PLACE; }
 };
 struct RecordedChange {
   v1::ChangeSceneRequest request;

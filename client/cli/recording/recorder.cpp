@@ -98,7 +98,12 @@ Result<Recorder> Recorder::create(const std::string& path, const SceneDescriptio
   return recorder;
 }
 
+Recorder::~Recorder() {
+  if (writer_ && !has_frames_) writer_->discard();
+}
+
 void Recorder::frame(std::uint64_t number, const Frame& frame, const Question& question) {
+  has_frames_ = true;
   Result<SentFrame> sent = state_.encode(frame);
   if (!sent) return writer_->stop("frame " + std::to_string(number) + ": " + sent.error().message);
   v1::RecordedMessage message;

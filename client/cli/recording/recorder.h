@@ -17,12 +17,17 @@ namespace warmfront::client {
 
 class Recorder {
  public:
-  /// Creates `path`, which must not exist, and writes the upload: of a session that was created at `positions`
-  /// and then put where `placed` says, before its first step. A later write error stops the recording
-  /// with a warning on stderr.
+  /// Creates `path`, which must not exist, and writes the upload: of a session that was created at
+  /// `positions` and then put where `placed` says, before its first step. A later write error stops the
+  /// recording with a warning on stderr. Without a frame there is nothing to replay: the file is then
+  /// removed.
   static Result<Recorder> create(const std::string& path, const SceneDescription& scene,
                                  const Positions& positions, const ColliderOptions& options,
                                  const Frame& placed = {});
+
+  ~Recorder();
+  Recorder(Recorder&&) noexcept = default;
+  Recorder& operator=(Recorder&&) noexcept = default;
 
   /// Call it before the step, so that a frame that crashes the process is recorded. Frames are numbered from
   /// 1.
@@ -38,6 +43,7 @@ class Recorder {
       : writer_(std::move(writer)), state_(std::move(state)) {}
 
   std::unique_ptr<recording::Writer> writer_;
+  bool has_frames_ = false;
   SceneState state_;  // encodes frames; its positions stay at the first, or what the last change brought
 };
 

@@ -84,13 +84,12 @@ class RemoteTarget final : public ReplayTarget {
 
 Result<std::unique_ptr<ReplayTarget>> make_remote_target(const RecordedSession& recorded,
                                                          const std::string& address,
-                                                         const ClientSecurity& security) {
-  const Result<Credentials> credentials = read_credentials(address, security);
+                                                         const ClientOptions& connection) {
+  const Result<Credentials> credentials = read_credentials(address, connection.security);
   if (!credentials) return credentials.error();
-  auto connection =
-      std::make_unique<Connection>(address, ClientOptions{.security = security}, credentials.value());
+  auto to_daemon = std::make_unique<Connection>(address, connection, credentials.value());
   v1::GetServerInfoResponse info;
-  if (const auto error = connection->server_info(info)) return error->error;
+  if (const auto error = to_daemon->server_info(info)) return error->error;
   v1::SessionHeader header = recorded.session();
   header.set_session_id(random_uuid());
   const std::string_view positions = std::visit(
@@ -100,9 +99,8 @@ Result<std::unique_ptr<ReplayTarget>> make_remote_target(const RecordedSession& 
       },
       recorded.positions());
   v1::CreateSessionResponse ignored;
-  if (const auto error = connection->create(header, recorded.scene(), positions, ignored))
-    return error->error;
-  auto target = std::make_unique<RemoteTarget>(std::move(connection), header.session_id());
+  if (const auto error = to_daemon->create(header, recorded.scene(), positions, ignored)) return error->error;
+  auto target = std::make_unique<RemoteTarget>(std::move(to_daemon), header.session_id());
   if (Status attached = target->attach(); !attached) return attached.error();
   return std::unique_ptr<ReplayTarget>(std::move(target));
 }

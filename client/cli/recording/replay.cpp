@@ -19,7 +19,7 @@ namespace {
 struct ReplayArguments {
   std::string file;
   std::string server;
-  ClientSecurity security;
+  ClientOptions connection;
   bool in_process = false;
   int threads = 0;
   std::string json_file;
@@ -34,6 +34,7 @@ std::string to_json(const RecordedSession& recorded, const ReplayResult& result)
                                     {"vertices", recorded.scene().vertex_count},
                                     {"triangles", recorded.scene().faces.size()},
                                     {"steps", result.steps},
+                                    {"placements", result.placements},
                                     {"changes", result.changes},
                                     {"compared", result.compared},
                                     {"left_out", result.left_out},
@@ -48,7 +49,7 @@ int replay_verb(const ReplayArguments& a) {
   if (!recorded) return failure(recorded.error().message);
   Result<std::unique_ptr<ReplayTarget>> target =
       a.in_process ? make_engine_target(recorded.value(), a.threads)
-                   : make_remote_target(recorded.value(), a.server, a.security);
+                   : make_remote_target(recorded.value(), a.server, a.connection);
   if (!target) return failure(target.error().message);
   const Result<ReplayResult> replayed = replay(recorded.value(), *target.value(), [](std::uint64_t) {});
   if (!replayed) return failure(a.file + ": " + replayed.error().message);
@@ -61,10 +62,12 @@ int replay_verb(const ReplayArguments& a) {
     std::printf("%s: recorded by %s, %" PRIu32 " vertices, %zu triangles\n", a.file.c_str(),
                 recorded.value().header().writer().c_str(), recorded.value().scene().vertex_count,
                 recorded.value().scene().faces.size());
-    std::printf("%" PRIu64 " steps and %" PRIu64 " changes, %" PRIu64 " outcomes compared%s; %" PRIu64
+    const std::string placements =
+        result.placements == 0 ? " and" : ", " + std::to_string(result.placements) + " placements and";
+    std::printf("%" PRIu64 " steps%s %" PRIu64 " changes, %" PRIu64 " outcomes compared%s; %" PRIu64
                 " refused ones left out\n",
-                result.steps, result.changes, result.compared, result.difference.empty() ? ", all equal" : "",
-                result.left_out);
+                result.steps, placements.c_str(), result.changes, result.compared,
+                result.difference.empty() ? ", all equal" : "", result.left_out);
     if (!result.defect.empty()) std::printf("the recording is incomplete: %s\n", result.defect.c_str());
   }
   if (!result.difference.empty()) return failure(a.file + ": " + result.difference);
@@ -79,7 +82,7 @@ Verb add_replay(CLI::App& app) {
   app.add_option("FILE", a.file,
                  "A recording (.wfrec) of 'detect --record', 'load --record' or a daemon's --record-dir")
       ->required();
-  add_server_options(app, a.server, a.security,
+  add_server_options(app, a.server, a.connection,
                      "Replay on the daemon at this address (HOST:PORT or unix:PATH)", false);
   app.add_flag("--in-process", a.in_process, "Replay through the engine in this process");
   app.add_option("--threads", a.threads, "Threads in this process; 0: one per core")

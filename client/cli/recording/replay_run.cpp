@@ -48,7 +48,7 @@ class Replay {
     if (!answer && answer.error().code != ErrorCode::kInvalidArgument)
       return Error{answer.error().code,
                    "frame " + std::to_string(step.frame) + ": " + answer.error().message};
-    ++result_.steps;
+    ++(step.places() ? result_.placements : result_.steps);
     if (!step.answer) return {};
     if (!answer || code != 0) return compare_refusal(step, answer);
     if (step.counts()) {
@@ -119,7 +119,7 @@ Result<ReplayResult> replay(RecordedSession& recorded, ReplayTarget& target,
     const auto* step = std::get_if<RecordedStep>(&*event.value());
     const Status done = step ? replay.step(*step) : replay.change(std::get<RecordedChange>(*event.value()));
     if (!done) return done.error();
-    progress(result.steps);
+    progress(result.steps + result.placements);
   }
   result.defect = result.difference.empty() ? recorded.defect() : "";
   return std::move(result);

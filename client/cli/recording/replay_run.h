@@ -12,7 +12,8 @@
 namespace warmfront::client {
 
 struct ReplayResult {
-  std::uint64_t steps = 0;  ///< carried out
+  std::uint64_t steps = 0;       ///< carried out: all that is asked of a frame but
+  std::uint64_t placements = 0;  ///< where everything is put without a motion
   std::uint64_t compared =
       0;  ///< answers, refusals and repeats among the recorded ones that could be compared
   std::uint64_t left_out = 0;  ///< frames and changes that were refused for what the input does not tell

@@ -26,6 +26,6 @@ Result<std::unique_ptr<ReplayTarget>> make_engine_target(const RecordedSession& 
 /// never resumed: if the daemon loses it, step() fails.
 Result<std::unique_ptr<ReplayTarget>> make_remote_target(const RecordedSession& recorded,
                                                          const std::string& address,
-                                                         const ClientSecurity& security);
+                                                         const ClientOptions& connection);
 
 }  // namespace warmfront::client

@@ -20,6 +20,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/cli/frames/model_summary.h"
 #include "client/cli/html/html_options.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/states/page.h"
 #include "client/cli/states/states.h"
 #include "client/io/contact_writer.h"
@@ -172,7 +173,7 @@ class Listing {
 class DistanceFile {
  public:
   static Result<DistanceFile> create(const std::string& path) {
-    Result<OutputFile> file = OutputFile::create(path);
+    Result<OutputFile> file = OutputFile::create_whole(path);
     if (!file) return file.error();
     file.value().write("frame,vertex,distance\n");
     return DistanceFile(std::move(file).value());
@@ -226,6 +227,7 @@ Json format_json(const NearArguments& arguments, const ModelSummary& model, doub
 void print_frame(const NearFrame& frame, bool reduced, bool half_spaces) {
   char least[32] = "-";
   if (frame.least) std::snprintf(least, sizeof least, "%.6g", *frame.least);
+  const WholeRow row;
   std::printf("%8" PRIu64 " %10" PRIu64 " %10" PRIu64, frame.frame, frame.vf, frame.ee);
   if (half_spaces) std::printf(" %10" PRIu64, frame.vh);
   std::printf(" %10" PRIu64, frame.possible);
@@ -298,6 +300,7 @@ int near(const NearArguments& arguments) {
   }
   if (table) {
     const std::size_t frames = listing.frames().size();
+    const WholeRow row;
     std::printf("within %.9g: %zu frame%s", distance, frames, frames == 1 ? "" : "s");
     if (!arguments.count) std::printf(", contacts hash %s", listing.hash().c_str());
     std::printf("\n");

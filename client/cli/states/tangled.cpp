@@ -17,6 +17,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/cli/frames/model_summary.h"
 #include "client/cli/html/html_options.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/states/page.h"
 #include "client/cli/states/states.h"
 #include "client/cli/states/tangle.h"
@@ -86,6 +87,7 @@ Json format_json(const ModelSummary& model, const std::vector<TangledFrame>& fra
 }
 
 void print_frame(const TangledFrame& frame, const Positions& at) {
+  const WholeRow row;
   std::printf("%8" PRIu64 " %10" PRIu64 " %10.3f", frame.frame, frame.pairs, frame.ms);
   if (frame.first) std::printf("  %s", describe(*frame.first, at).c_str());
   std::printf("\n");

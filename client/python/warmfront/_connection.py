@@ -170,7 +170,7 @@ class Connection:
     """To `HOST:PORT` or `unix:PATH`."""
 
     def __init__(self, address: str, security: Security, timeouts: Timeouts, private: Optional[PrivateDaemon] = None,
-                 shares_memory: bool = True) -> None:
+                 shares_memory: bool = True, traceparent: str = "") -> None:
         """private: the daemon of that address, which ends with the connection."""
         check_address(address)
         if bool(security.cert_file) != bool(security.key_file):
@@ -182,6 +182,7 @@ class Connection:
         encrypted = bool(security.tls or security.ca_file or security.cert_file)
         authorization = _authorization(address, security, encrypted)
         self._metadata = [("authorization", authorization)] if authorization else []
+        self._traceparent = traceparent
         arguments = list(_ARGUMENTS)
         if security.server_name:
             arguments.append(("grpc.ssl_target_name_override", security.server_name))
@@ -193,15 +194,17 @@ class Connection:
         else:
             self._channels = ChannelPool(lambda: grpc.insecure_channel(address, arguments))
 
-    def metadata(self, session_id: str = "") -> list[tuple[str, str]]:
-        """Of every call: the credentials, and the session id if any."""
-        return self._metadata + ([("warmfront-session", session_id)] if session_id else [])
+    def metadata(self, session_id: str = "", traceparent: str = "") -> list[tuple[str, str]]:
+        """Of every call: the credentials, the session id if any, and this traceparent or else the connection's."""
+        span = traceparent or self._traceparent
+        return (self._metadata + ([("warmfront-session", session_id)] if session_id else [])
+                + ([("traceparent", span)] if span else []))
 
-    def stream(self, requests: Iterator[bytes], session_id: str) -> Any:
+    def stream(self, requests: Iterator[bytes], session_id: str, traceparent: str = "") -> Any:
         """Begins a StreamSteps call of serialized messages, on a connection with room for it."""
         channel = self._channels.take()
         try:
-            call = channel.stream(requests, metadata=self.metadata(session_id))
+            call = channel.stream(requests, metadata=self.metadata(session_id, traceparent))
         except BaseException:
             self._channels.give_back(channel)
             raise

@@ -40,8 +40,11 @@ class Link:
     """A session's stream, and everything needed to create the session again: the scene, the positions last answered, the
     requests unanswered. One leaves `unanswered` only when its answer is complete, so that each gets exactly one."""
 
-    def __init__(self, connection: Connection, header: session_pb2.SessionHeader, state: SceneState, options: Options) -> None:
+    def __init__(self, connection: Connection, header: session_pb2.SessionHeader, state: SceneState, options: Options,
+                 traceparent: str) -> None:
+        """traceparent: of its frames; empty: as the connection's."""
         self.connection = connection
+        self.traceparent = traceparent
         self.options = options  # as given; as they travel, in the header
         self.header = header  # first_frame: the last answered frame; first_revision: changes made
         self.state = state  # at that frame
@@ -296,7 +299,7 @@ class Link:
             self.known = session.state
 
     def _attach(self) -> None:
-        self.stream = StepStream(self.connection, self.session_id)
+        self.stream = StepStream(self.connection, self.session_id, self.traceparent)
         request = step_pb2.StreamStepsRequest()
         request.attach.session_id = self.session_id
         # The daemon may not have noticed yet that the previous stream is dead.

@@ -76,9 +76,10 @@ class StepStream:
     """Raises WarmfrontError from reads when the call is over, DeadlineExceededError when it did not answer in time; the stream
     is of no use any more then."""
 
-    def __init__(self, connection: Connection, session_id: str) -> None:
+    def __init__(self, connection: Connection, session_id: str, traceparent: str = "") -> None:
+        """traceparent: as of Connection.metadata()."""
         self._requests: queue.SimpleQueue[Optional[bytes]] = queue.SimpleQueue()
-        self._call = connection.stream(_serve(self._requests), session_id)
+        self._call = connection.stream(_serve(self._requests), session_id, traceparent)
         self._watchdog = _Watchdog(self._call)
         self._is_open = True
         self._packets: Optional[PacketChannel] = None  # None: all goes by the call

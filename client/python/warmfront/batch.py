@@ -17,6 +17,7 @@ from ._frame import Part
 from ._question import question_of
 from ._state import raw
 from ._stencils import RowsByVertex
+from ._uncopied import Uncopied
 from .answer import Committed, Contacts, Kind, MaxStep
 from .errors import FailedPreconditionError, InvalidArgumentError
 from .scene import Body, edges_of, faces_of, indices_of, numbers_of, positions_of
@@ -186,7 +187,7 @@ class BatchContacts:
         return grouped.rows[grouped.begin[world]:grouped.begin[world + 1]]
 
 
-class Batch:
+class Batch(Uncopied):
     """Created by `Client.batch()`: n copies of one scene, each in a world of its own, as one session, one frame, one answer.
 
     Positions are (n, vertices, 3), as the template numbers its vertices; with worlds=[...], (k), of these copies alone, and
@@ -195,8 +196,10 @@ class Batch:
     out of neither: rows of static bodies have to be as they are. A commit takes one fraction for all copies.
     `session` is the session beneath, for everything else: shared bodies that move, filters, futures, descriptions of bodies
     (body b of copy i has the number shared + i * bodies + b there). It and the batch may be used in turn, as long as no
-    vertices are added or replaced there: FailedPreconditionError then.
+    vertices are added or replaced there: FailedPreconditionError then. copy and pickle raise TypeError.
     """
+
+    _instead = "make another one, of the same template and this one's `positions`"
 
     def __init__(self, session: AnySession, copies: Copies) -> None:
         """Internal: use `Client.batch()`."""

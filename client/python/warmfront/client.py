@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 
 from ._private_daemon import PrivateDaemon
 from ._state import SceneState
+from ._trace import traceparent_of
+from ._uncopied import Uncopied
 from .batch import Batch, Copies
 from .errors import InvalidArgumentError
 from .info import ServerInfo, SessionInfo
@@ -23,7 +25,8 @@ if TYPE_CHECKING:  # who computes in this process needs no gRPC, and does not wa
 
 
 def connect(address: Optional[str] = None, *, security: Security = Security(), timeouts: Timeouts = Timeouts(),
-            flags: Sequence[str] = (), patience: Optional[Timeouts] = None, shared_memory: bool = True) -> Client:
+            flags: Sequence[str] = (), patience: Optional[Timeouts] = None, shared_memory: bool = True,
+            traceparent: str = "") -> Client:
     """Connects to `HOST:PORT` or `unix:PATH`; InvalidArgumentError, which is a ValueError, for anything else, such as an URL.
 
     Without an address a daemon of this process's own is started: the program that $WARMFRONTD names, or the one beside this
@@ -36,11 +39,17 @@ def connect(address: Optional[str] = None, *, security: Security = Security(), t
     shared_memory: with a daemon that is reached by a Unix socket, or is this process's own, and offers it, positions and
     answers go through memory that both see, with the same bits; see README.md. Otherwise all goes by the socket.
 
+    traceparent: the caller's span, as W3C Trace Context says it: spans of frames, where the daemon exports traces, are below it,
+    if its flag says that it is sampled. Sent with every call.
+
     UnavailableError, with the system's reason, when no daemon answers within `timeouts.call`, which is also what a failed
     TLS handshake looks like, and when none can be started; UnauthenticatedError for a token that it does not know;
-    InvalidArgumentError for files that cannot be read, and for a token that would travel in the clear.
+    InvalidArgumentError for files that cannot be read, for a token that would travel in the clear, and for a traceparent that
+    is none.
     """
     from ._connection import Connection
+
+    traceparent_of(traceparent)
 
     if patience is not None:
         timeouts = patience
@@ -53,7 +62,7 @@ def connect(address: Optional[str] = None, *, security: Security = Security(), t
         address = private.address
     elif flags:
         raise InvalidArgumentError("flags: they are of a daemon that is started; give either an address or flags")
-    connection = Connection(address, security, timeouts, private, shared_memory)
+    connection = Connection(address, security, timeouts, private, shared_memory, traceparent)
     try:
         connection.server_info()
     except BaseException:
@@ -62,9 +71,11 @@ def connect(address: Optional[str] = None, *, security: Security = Security(), t
     return Client(connection)
 
 
-class Client:
+class Client(Uncopied):
     """Made by `connect()`. Its sessions share connections, of which it opens as many as they need; these, and a daemon
-    that was started for them, end with the last session, or by `close()`."""
+    that was started for them, end with the last session, or by `close()`. copy and pickle raise TypeError."""
+
+    _instead = "connect() again"
 
     def __init__(self, connection: Connection) -> None:
         """Internal: use `connect()`."""
@@ -83,6 +94,7 @@ class Client:
         options: Options = Options(),
         id: str = "",
         first_frame: int = 0,
+        traceparent: str = "",
     ) -> Session:
         """Uploads a scene and its positions at the first frame.
 
@@ -97,7 +109,7 @@ class Client:
         is these positions. thickness: (n), of each vertex, or one number for all, scene length unit, besides its body's (see
         `Body`); None: none.
         id: a UUID, random when empty. first_frame: the number of these positions; the first step is the
-        next.
+        next. traceparent: of this session's frames, in place of the client's: see `connect()`.
 
         UnimplementedError for filters, thickness and edges where the daemon is older than they are.
         InvalidArgumentError for bad input, AlreadyExistsError for an id that is taken, ResourceExhaustedError beyond the
@@ -107,10 +119,11 @@ class Client:
         from ._resume import Link
 
         check_options(options)
+        traceparent_of(traceparent)
         state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness, edges)
         header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=frame_number_of(first_frame))
         options.put_into(header.options)
-        link = Link(self._connection, header, state, options)
+        link = Link(self._connection, header, state, options, traceparent)
         link.open()
         return Session(Remote(link))
 

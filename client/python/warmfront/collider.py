@@ -65,10 +65,9 @@ class Collider(AnySession):
         InvalidArgumentError for bad input. UnimplementedError where this package has no engine: see `open()`.
         """
         local = _local()
-        if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 0 <= threads <= 1024:
-            raise InvalidArgumentError(f"threads: {threads!r} is not in [0, 1024]")
+        count = _threads_of(threads)
         state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness, edges)
-        super().__init__(local.Local(state, options, id, first_frame, int(threads)))
+        super().__init__(local.Local(state, options, id, first_frame, count))
 
 
 def has_engine() -> bool:
@@ -107,12 +106,13 @@ def open(
     threads: Optional[int] = None,
     security: Security = Security(),
     timeouts: Timeouts = Timeouts(),
+    traceparent: str = "",
 ) -> AnySession:
     """A session wherever it is to be: the same program runs in this process and on a server.
 
     server: None: in this process, a `Collider`; "local": a `Session` behind a daemon of this process's own; "HOST:PORT" or
     "unix:PATH": a `Session` behind the daemon there. threads: of the first two, most that compute a question; None: one for
-    each core. security, timeouts: of the connection, see `connect()`. Everything else as in `Client.session()`.
+    each core. security, timeouts, traceparent: of the connection, see `connect()`. Everything else as in `Client.session()`.
 
     `close()`, or `with`, ends the session, its connection, and the daemon that was started for it. Errors as those of `Collider`, `connect()`
     and `Client.session()`.
@@ -120,15 +120,16 @@ def open(
     scene: dict[str, Any] = dict(edges=edges, bodies=bodies, excluded_pairs=excluded_pairs, filters=filters, thickness=thickness,
                                  options=options, id=id, first_frame=first_frame)
     if server is None:
-        _check_no_connection(security, timeouts)
+        _check_no_connection(security, timeouts, traceparent)
         return Collider(positions, faces, threads=0 if threads is None else threads, **scene)
     if server == "local":
-        flags = [] if not threads else ["--threads", str(threads)]
-        client = connect(security=security, timeouts=timeouts, flags=flags)
+        count = 0 if threads is None else _threads_of(threads)
+        flags = ["--threads", str(count)] if count else []
+        client = connect(security=security, timeouts=timeouts, flags=flags, traceparent=traceparent)
     else:
         if threads is not None:
             raise InvalidArgumentError("threads: how many a daemon has is its own to say; leave it out")
-        client = connect(server, security=security, timeouts=timeouts)
+        client = connect(server, security=security, timeouts=timeouts, traceparent=traceparent)
     try:
         session: Session = client.session(positions, faces, **scene)
     except BaseException:
@@ -161,9 +162,17 @@ def open_batch(
                       timeouts=timeouts), copies)
 
 
-def _check_no_connection(security: Security, timeouts: Timeouts) -> None:
+def _threads_of(threads: Any) -> int:
+    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 0 <= threads <= 1024:
+        raise InvalidArgumentError(f"threads: {threads!r} is not in [0, 1024]; give how many may compute a question at once, or 0 for "
+                                   "one for each core")
+    return int(threads)
+
+
+def _check_no_connection(security: Security, timeouts: Timeouts, traceparent: str) -> None:
     """What a connection has is of no use in this process: whoever gives it expects one."""
-    for name, given in (("security", security != Security()), ("timeouts", timeouts != Timeouts())):
+    for name, given in (("security", security != Security()), ("timeouts", timeouts != Timeouts()),
+                        ("traceparent", traceparent != "")):
         if given:
             raise InvalidArgumentError(f"{name}: it is of a connection, and without a server there is none; give a server, or leave "
                                        "it out")

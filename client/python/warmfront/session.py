@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from ._backend import Backend
 from ._background_questions import BackgroundQuestions
 from ._changes import Changes
+from ._uncopied import Uncopied
 from .errors import FailedPreconditionError, WarmfrontError
 from .info import SessionInfo
 
@@ -28,7 +30,7 @@ _log = logging.getLogger("warmfront")
 _Self = TypeVar("_Self", bound="AnySession")
 
 
-class AnySession(BackgroundQuestions, Changes):
+class AnySession(Uncopied, BackgroundQuestions, Changes):
     """A `Collider`, in this process, or a `Session`, behind a daemon: the same questions, answers, errors and bits.
 
     It is one warm state and many questions: `step()` moves it along a motion and tells the contacts; `trial()` and
@@ -37,7 +39,13 @@ class AnySession(BackgroundQuestions, Changes):
     `next_answer()` have several on the way; `submit_trial()` and its like are futures,
     `trial_async()` and its like are for asyncio. Steps, commits and changes are carried out once; a trial changes nothing and
     may be asked again.
+
+    Once it is closed, its questions, changes, `positions`, `edges` and `info()` raise FailedPreconditionError. copy and pickle
+    raise TypeError.
     """
+
+    _instead = "create another one, of the same scene and this one's `positions`"
+    _closed = False
 
     @property
     def id(self) -> str:
@@ -57,9 +65,9 @@ class AnySession(BackgroundQuestions, Changes):
     @property
     def positions(self) -> npt.NDArray[Any]:
         """(n, 3) of the session's dtype: where everything is after the last step, place or commit; bodies that are at a pose are
-        placed by it, and rounded to the dtype. A copy."""
+        placed by it, and rounded to the dtype. A copy. FailedPreconditionError once the session is closed."""
         with self._turn:
-            return self._backend.positions()
+            return self._open().positions()
 
     def layout(self) -> object:
         """Another object once bodies were added or replaced, so that vertices, faces or bodies have other numbers."""
@@ -73,18 +81,26 @@ class AnySession(BackgroundQuestions, Changes):
     @property
     def edges(self) -> npt.NDArray[np.int32]:
         """(e, 2) vertices of the scene's current edges, the smaller one first: the numbering of `Contacts.edges`. Sorted;
-        the edges of an added body follow."""
-        return self._backend.state.topology().edges
+        the edges of an added body follow. FailedPreconditionError once the session is closed."""
+        return self._open().state.topology().edges
 
     def info(self) -> SessionInfo:
-        """State of the session where it is computed. Keeps it from expiring in a daemon."""
-        return self._backend.info()
+        """State of the session where it is computed. Keeps it from expiring in a daemon. FailedPreconditionError once the session
+        is closed."""
+        return self._open().info()
+
+    def _open(self) -> Backend:
+        """For what can be told of a session that was lost, too, but not of one that is closed."""
+        if self._closed:
+            raise FailedPreconditionError("the session is closed")
+        return self._backend
 
     def close(self) -> None:
         """Ends the session, and deletes it in its daemon; unanswered frames are given up, and further calls fail. Closing again
         does nothing. May be called from any thread: a step that another one waits for is stopped, and raises
         FailedPreconditionError."""
         backend = self._backend
+        self._closed = True
         if backend.failed is not None:
             return
         backend.failed = FailedPreconditionError("the session is closed")

@@ -213,7 +213,7 @@ TEST_F(TokenTest, WhatAdministratorsDoIsRecorded) {
                      (event["session"] == id ? "it" : "-") + " " + event["owner"].get<std::string>() + " " +
                      std::to_string(event["code"].get<int>()));
   }
-  EXPECT_EQ(events, (std::vector<std::string>{"DeleteAnySession alice -  7", "ListAllSessions root -  0",
+  EXPECT_EQ(events, (std::vector<std::string>{"DeleteAnySession alice it  7", "ListAllSessions root -  0",
                                               "DeleteAnySession root it alice 0",
                                               "DeleteAnySession root it  5", "reload signal -  0"}));
   EXPECT_THAT(daemon_.log(), HasSubstr("\"event\":\"audit\",\"action\":\"DeleteAnySession\""));

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces of frames: whose they are, what they say, where they go, and that nobody waits for them.
+// Traces of frames: what they say, where they go, and that nobody waits for them.
 #include <civetweb.h>
 #include <gmock/gmock.h>
-#include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <filesystem>
@@ -20,20 +18,18 @@
 #include "server/observe/http_post.h"
 #include "server/observe/otlp.h"
 #include "server/observe/tracer.h"
-#include "tests/unit/server/service_fixture.h"
+#include "tests/unit/server/local_daemon.h"
+#include "tests/unit/server/trace_spans.h"
 
 namespace warmfront::test {
 namespace {
 
 using nlohmann::json;
 using server::FrameTrace;
-using server::TraceContext;
 using server::Tracer;
 using server::TraceSettings;
 using ::testing::HasSubstr;
-
-constexpr const char* kSampled = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
-constexpr const char* kNotSampled = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-00";
+using wire::TraceContext;
 
 TEST(TraceContext, IsReadAsW3CSays) {
   const auto context = TraceContext::parse(kSampled);
@@ -87,11 +83,6 @@ FrameTrace frame_trace() {
   return trace;
 }
 
-std::vector<json> spans_of(const std::string& request) {
-  const json parsed = json::parse(request);
-  return parsed.at("resourceSpans").at(0).at("scopeSpans").at(0).at("spans").get<std::vector<json>>();
-}
-
 std::int64_t start_of(const json& span) {
   return std::stoll(span.at("startTimeUnixNano").get<std::string>());
 }
@@ -128,9 +119,13 @@ TEST(Otlp, AFramesWayIsASpanAPlaceOneAfterTheOther) {
 TEST(Otlp, AFailedFrameSaysSoAndHasNoStages) {
   FrameTrace trace = frame_trace();
   trace.code = 3;
+  trace.set_message("frame 7: positions[0].x: is not a number" + std::string(1000, '.'));
   trace.encoded = trace.received;  // an error's message is made at once
   const std::vector<json> spans = spans_of(server::otlp_json({&trace, 1}, "host:1"));
   EXPECT_EQ(spans[0]["status"]["code"], 2);
+  const std::string message = spans[0]["status"]["message"];
+  EXPECT_THAT(message, ::testing::StartsWith("frame 7: positions[0].x: is not a number..."));
+  EXPECT_EQ(message.size(), 255u) << "as much as there is room for";
   EXPECT_EQ(spans.size(), 6u);
   for (const json& span : spans) EXPECT_LE(start_of(span), end_of(span)) << span["name"];
 }
@@ -274,75 +269,6 @@ TEST(Tracer, BadPlacesAreRefusedByTheirSettingsNames) {
               HasSubstr("trace-file /nowhere/at/all: it cannot be opened for writing (No such file"));
   EXPECT_THAT(Tracer::start({"", "https://x/v1/traces", 1}, {}).error().message,
               HasSubstr("trace-endpoint https"));
-}
-
-class TracedTest : public ServiceTest {
- protected:
-  TracedTest() : ServiceTest(config()) {}
-  static server::Config config() {
-    server::Config config;
-    config.trace.file = path();
-    config.trace.sample = 0;
-    std::filesystem::remove(path());
-    return config;
-  }
-  static std::string path() { return ::testing::TempDir() + "warmfront_traced_" + std::to_string(getpid()); }
-  ~TracedTest() override { std::filesystem::remove(path()); }
-
-  // After the daemon has ended, which sends what waits.
-  std::vector<json> spans() {
-    daemon_.stop();
-    std::ifstream file(path());
-    std::vector<json> all;
-    for (std::string line; std::getline(file, line);)
-      for (json& span : spans_of(line)) all.push_back(std::move(span));
-    return all;
-  }
-};
-
-TEST_F(TracedTest, FramesOfACallThatAsksForItAreTraced) {
-  ASSERT_TRUE(create().ok());
-  for (const char* parent : {kNotSampled, kSampled}) {
-    Context context;
-    context.AddMetadata("traceparent", parent);
-    const auto stream = stub_->StreamSteps(&context);
-    v1::StreamStepsRequest attach;
-    attach.mutable_attach()->set_session_id(kId);
-    v1::StreamStepsResponse response;
-    ASSERT_TRUE(stream->Write(attach) && stream->Read(&response));
-    const std::uint64_t first = response.attached().expected_frame();
-    // The second one is refused: too short.
-    ASSERT_TRUE(stream->Write(frame_message(first, bytes_of(grids_.positions(first)))) &&
-                stream->Read(&response));
-    ASSERT_TRUE(response.has_answer());
-    ASSERT_TRUE(stream->Write(frame_message(first + 1, "short")) && stream->Read(&response));
-    ASSERT_TRUE(response.has_error());
-    stream->WritesDone();
-    ASSERT_TRUE(stream->Finish().ok());
-  }
-  Context unary;
-  unary.AddMetadata("traceparent", kSampled);
-  v1::StepRequest request;
-  request.set_session_id(kId);
-  request.set_frame(3);
-  request.set_positions(bytes_of(grids_.positions(3)));
-  v1::StepResponse stepped;
-  ASSERT_TRUE(stub_->Step(&unary, request, &stepped).ok());
-
-  std::vector<std::string> roots;
-  for (const json& span : spans()) {
-    EXPECT_EQ(span["traceId"], "0af7651916cd43dd8448eb211c80319c");
-    if (span["kind"] != 2) continue;
-    EXPECT_EQ(span["parentSpanId"], "b7ad6b7169203331");
-    std::string words = span["name"];
-    for (const json& attribute : span["attributes"])
-      if (attribute["key"] == "warmfront.frame" || attribute["key"] == "rpc.grpc.status_code")
-        words += " " + attribute["value"]["intValue"].get<std::string>();
-    roots.push_back(words);
-  }
-  EXPECT_EQ(roots, (std::vector<std::string>{"warmfront.v1.CollisionService/StreamSteps frame 0 2",
-                                             "warmfront.v1.CollisionService/StreamSteps frame 3 3",
-                                             "warmfront.v1.CollisionService/Step frame 0 3"}));
 }
 
 }  // namespace

@@ -176,6 +176,21 @@ TEST(IpcToolkitPlug, PatchesAreLeftOut) {
   EXPECT_FALSE(some[2].empty());
 }
 
+TEST(IpcToolkitPlug, PatchesOfAnotherMeshAreRefused) {
+  const Sheet sheet(4), larger(5);
+  const auto n = static_cast<std::size_t>(sheet.vertices.rows());
+  BroadPhase ours(1, std::vector<std::uint32_t>(n, 0));
+  build(ours, sheet, sheet.vertices, nullptr, 0.05);
+  try {
+    build(ours, larger, larger.vertices, nullptr, 0.05);
+    FAIL() << "they would have been left out of the search";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "warmfront: patches: " + std::to_string(n) + " numbers for a mesh of " +
+                  std::to_string(larger.vertices.rows()) + " vertices; give one for each, or none");
+  }
+}
+
 TEST(IpcToolkitPlug, InThePlane) {
   BroadPhase ours(1);
   const auto theirs = ::ipc::make_default_broad_phase();

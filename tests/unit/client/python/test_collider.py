@@ -168,17 +168,16 @@ def test_what_is_given_is_left_as_it_is_and_may_be_read_only():
     assert len(session.next_answer()) == 3
 
 
-def test_closed():
-    session = warmfront.Collider(BEFORE, FACES)
+def test_closed(anywhere):
+    session = anywhere.session(BEFORE, FACES)
+    assert len(session.step(AFTER)) == 3
     session.close()
     session.close()
-    for call in (lambda: session.step(AFTER), lambda: session.positions, session.info, lambda: session.change_filters(None)):
-        with pytest.raises(warmfront.FailedPreconditionError, match="the session is closed"):
+    for call in (lambda: session.step(AFTER), lambda: session.positions, lambda: session.edges, session.info, session.commit,
+                 lambda: session.submit(AFTER), session.next_answer, lambda: session.change_filters(None)):
+        with pytest.raises(warmfront.FailedPreconditionError, match="^the session is closed$"):
             call()
-    with warmfront.Collider(BEFORE, FACES) as session:
-        pass
-    with pytest.raises(warmfront.FailedPreconditionError):
-        session.commit()
+    assert session.last_frame == 1 and len(session.id) == 36  # which cannot become others
 
 
 def test_other_threads_go_on_meanwhile():
@@ -301,7 +300,9 @@ def test_what_open_started_ends_with_it():
 
 
 @pytest.mark.parametrize("given, message", [
-    (dict(threads=-1), r"threads: -1 is not in \[0, 1024\]"),
+    (dict(threads=-1), r"threads: -1 is not in \[0, 1024\]; give how many may compute"),
+    (dict(threads=-1, server="local"), r"threads: -1 is not in \[0, 1024\]; give how many may compute"),
+    (dict(threads="2", server="local"), r"threads: '2' is not in"),
     (dict(threads=2.5), r"threads: 2.5 is not in"),
     (dict(security=warmfront.Security(tls=True)), "security: it is of a connection"),
     (dict(timeouts=warmfront.Timeouts(answer=1)), "timeouts: it is of a connection"),

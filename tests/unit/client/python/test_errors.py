@@ -209,3 +209,27 @@ def test_answers_are_pickled_and_copied(anywhere):
     for again in (pickle.loads(pickle.dumps(contacts)), copy.deepcopy(contacts)):
         assert again.v.tolist() == contacts.v.tolist() and again.toi.tobytes() == contacts.toi.tobytes()
         assert again.statistics == contacts.statistics and again.faces.tolist() == contacts.faces.tolist()
+
+
+def test_sessions_and_what_makes_them_are_not_copied(anywhere):
+    with anywhere.session(BEFORE, FACES) as session, anywhere.batch(2, BEFORE, FACES) as batch:
+        for each in (session, batch, anywhere):
+            if not isinstance(each, (warmfront.AnySession, warmfront.Batch, warmfront.Client)):
+                continue  # this process
+            for call in (copy.copy, copy.deepcopy, pickle.dumps):
+                with pytest.raises(TypeError, match=f"a {type(each).__name__} is not copied or pickled: .* again$|.*`positions`$"):
+                    call(each)
+        assert len(session.step(AFTER)) == 3
+
+
+def test_a_body_is_named_by_its_name_too(anywhere):
+    bodies = [Body(3, "static", name="table"), Body(3, "rigid", name="ü" * 40 + "\n")]
+    with anywhere.session(BEFORE, FACES, bodies=bodies) as session:
+        for message, motion in ((r'moves, but body 0 ("table") is static', dict(positions=BEFORE + 1)),
+                                (r'bodies[0]: body 0 ("table") is static', dict(bodies={0: BEFORE[:3]})),
+                                (f'is of the rigid body 1 ("{"ü" * 32}..."); give its pose', dict(vertices=[4], vertex_positions=AFTER[:1]))):
+            with pytest.raises(InvalidArgumentError, match=re.escape(message)):
+                session.step(**motion)
+        session.change_body(1, Body(3, "removed", name="was\na cup"))
+        with pytest.raises(InvalidArgumentError, match=re.escape('body 1 ("was?a cup") was removed; add a new one, or replace it')):
+            session.change_body(1, Body(3))

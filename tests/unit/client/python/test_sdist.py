@@ -66,11 +66,16 @@ def test_it_is_what_git_has(sdist):
 
 def test_the_same_files_are_the_same_bytes_also_from_an_sdist(sdist, tmp_path):
     archive, root = sdist
+    for made in ("build", "dist"):  # as by deploy/wheel, run there before
+        (root / made).mkdir()
+        (root / made / "warmfront.whl").write_text("made")
     for k, source in enumerate((SOURCE / "client" / "python", root)):
         out = tmp_path / str(k)
         out.mkdir()
         again = out / backend_at(source, f"again_{k}").build_sdist(str(out))
         assert again.read_bytes() == archive.read_bytes()
+    for made in ("build", "dist"):
+        shutil.rmtree(root / made)
 
 
 def test_it_holds_all_that_its_wheels_are_built_of(sdist, tmp_path, monkeypatch):

@@ -8,10 +8,16 @@
 #include <optional>
 #include <string_view>
 
-namespace warmfront::server {
+namespace warmfront::wire {
 
 using TraceId = std::array<std::uint8_t, 16>;
 using SpanId = std::array<std::uint8_t, 8>;
+
+/// What a traceparent that cannot be read should have been.
+inline constexpr const char* kTraceparentExpected =
+    "00-TRACE-SPAN-FLAGS of W3C Trace Context is expected, 32, 16 and 2 lower-case hexadecimal digits, no id "
+    "of "
+    "zeros alone";
 
 struct TraceContext {
   TraceId trace{};
@@ -23,4 +29,4 @@ struct TraceContext {
   static std::optional<TraceContext> parse(std::string_view traceparent);
 };
 
-}  // namespace warmfront::server
+}  // namespace warmfront::wire

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/observe/trace_context.h"
+#include "proto/wire/trace_context.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <span>
 
-namespace warmfront::server {
+namespace warmfront::wire {
 namespace {
 
 /// The value of a lower-case digit; none for another character.
@@ -47,4 +47,4 @@ std::optional<TraceContext> TraceContext::parse(std::string_view traceparent) {
   return context;
 }
 
-}  // namespace warmfront::server
+}  // namespace warmfront::wire
