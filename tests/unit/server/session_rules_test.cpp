@@ -77,24 +77,26 @@ TEST(PositionBufferTest, EqualityIsBitwise) {
 }
 
 TEST(PositionBufferTest, TakesTheMemoryOfOneThatIsDoneWhereItFits) {
-  const std::string bytes(24, 'a'), others(24, 'b');
-  const auto in_memory_of_one_with = [&](std::uint32_t vertices, Dtype dtype) {
+  constexpr std::uint32_t kVertices = 8;
+  const std::string bytes(24 * kVertices, 'a');
+  // How much memory positions are in then.
+  const auto after_one_of = [&](std::uint32_t vertices, Dtype dtype) {
     PositionBuffer done(dtype, vertices);
-    EXPECT_TRUE(done.append(std::string(3 * vertices * server::size_of(dtype), 'x')).ok());
-    const char* const at = done.bytes().data();
-    PositionBuffer next(Dtype::kFloat64, 1);
+    EXPECT_TRUE(done.append(std::string(3 * vertices * size_of(dtype), 'x')).ok());
+    PositionBuffer next(Dtype::kFloat64, kVertices);
     next.reuse(done.release());
     EXPECT_FALSE(next.complete().ok()) << "it is empty";
     EXPECT_TRUE(next.append(bytes).ok());
     EXPECT_EQ(next.bytes(), bytes);
-    PositionBuffer fresh(Dtype::kFloat64, 1);
+    PositionBuffer fresh(Dtype::kFloat64, kVertices);
     EXPECT_TRUE(fresh.append(bytes).ok());
     EXPECT_TRUE(next == fresh);
-    return next.bytes().data() == at;
+    return next.release().bytes();
   };
-  EXPECT_TRUE(in_memory_of_one_with(1, Dtype::kFloat64));
-  EXPECT_FALSE(in_memory_of_one_with(2, Dtype::kFloat64)) << "too large";
-  EXPECT_FALSE(in_memory_of_one_with(1, Dtype::kFloat32));
+  EXPECT_EQ(after_one_of(9, Dtype::kFloat64), 216U);
+  EXPECT_EQ(after_one_of(7, Dtype::kFloat64), 192U) << "too small";
+  EXPECT_EQ(after_one_of(16, Dtype::kFloat64), 192U) << "too large";
+  EXPECT_EQ(after_one_of(18, Dtype::kFloat32), 192U) << "of other numbers";
 }
 
 TEST(SparePositionsTest, AreChargedWhileTheyAreKept) {
