@@ -287,6 +287,8 @@ TEST_F(ReplayTest, WhereTheTopologyChangesTheCommandLineRecordsTheChange) {
     }
     EXPECT_GE(changes, 3u);
     EXPECT_EQ(here.compared, 19u + 2 * changes) << "steps, changes, and a placement behind each";
+    EXPECT_EQ(here.steps, 19u);
+    EXPECT_EQ(here.placements, changes);
     expect_replays(file);
   }
   const std::string none = (folder_.path() / "none.wfrec").string();
