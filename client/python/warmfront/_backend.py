@@ -91,6 +91,9 @@ class Backend(Protocol):
     def close(self) -> None:
         """From any thread; `failed` is set by then. What waits is stopped."""
 
+    def release(self) -> None:
+        """In place of close(), of a session that was lost: what was opened for it alone ends."""
+
 
 def only_with_trial(kind: str) -> str:
     """Why a commit, or a question about a trial's end, is refused where there is none."""

@@ -130,6 +130,9 @@ class Local:
         if engine is not None:
             engine.stop()
 
+    def release(self) -> None:
+        self.close()
+
     # Questions.
 
     def ask(self, motion: Optional[Motion], question: Question, timeout: Optional[float], fraction: float) -> Answer:

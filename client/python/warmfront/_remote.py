@@ -79,8 +79,11 @@ class Remote:
         try:
             self.link.remove()
         finally:
-            if self.ends_connection:
-                self.link.connection.close()
+            self.release()
+
+    def release(self) -> None:
+        if self.ends_connection:
+            self.link.connection.close()
 
     # Questions.
 

@@ -100,12 +100,17 @@ class AnySession(Uncopied, BackgroundQuestions, Changes):
         does nothing. May be called from any thread: a step that another one waits for is stopped, and raises
         FailedPreconditionError."""
         backend = self._backend
-        self._closed = True
-        if backend.failed is not None:
+        if self._closed:
             return
-        backend.failed = FailedPreconditionError("the session is closed")
+        self._closed = True
+        lost = backend.failed is not None
+        if not lost:
+            backend.failed = FailedPreconditionError("the session is closed")
         self._background.end()
-        backend.close()
+        if lost:
+            backend.release()
+        else:
+            backend.close()
 
     def __enter__(self: _Self) -> _Self:
         return self

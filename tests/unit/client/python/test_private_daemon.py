@@ -162,6 +162,18 @@ def test_it_is_lost():
         session.step(AFTER)
 
 
+def test_it_ends_with_a_session_that_was_lost():
+    with warmfront.open(BEFORE, FACES, server="local") as session:
+        connection = session._link.connection
+        os.killpg(connection._private._process.pid, signal.SIGKILL)
+        with pytest.raises(UnavailableError):
+            session.step(AFTER)
+        assert connection._private._end.alive
+    assert not connection._private._end.alive
+    with pytest.raises(FailedPreconditionError, match="the client is closed"):
+        connection.get(session.id)
+
+
 def test_what_does_not_go_together():
     with pytest.raises(InvalidArgumentError, match="give an address or no security"):
         warmfront.connect(security=Security(tls=True))
