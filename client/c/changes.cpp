@@ -52,6 +52,38 @@ const char* useless_field(const wf_change& change) {
   return found == std::end(fields) ? nullptr : found->name;
 }
 
+/// An array of which the change says that it is empty, and the field that says so; null: none. Who wants none
+/// gives none, so that a count that was forgotten does not empty anything.
+std::optional<std::pair<const char*, const char*>> forgotten_count(const wf_change& change) {
+  const struct {
+    const char* name;
+    const void* array;
+    const char* counted_by;
+    std::size_t count;
+  } arrays[] = {
+      {"positions", change.positions, "vertex_count", change.vertex_count},
+      {"thickness", change.thickness, "vertex_count", change.vertex_count},
+      {"faces", change.faces, "face_count", change.face_count},
+      {"edges", change.edges, "edge_count", change.edge_count},
+      {"rest_positions", change.rest_positions, "vertex_count", change.vertex_count},
+      {"excluded_vertex_pairs", change.excluded_vertex_pairs, "excluded_vertex_pair_count",
+       change.excluded_vertex_pair_count},
+      {"patches", change.patches, "vertex_count", change.vertex_count},
+      {"excluded_pairs", change.excluded_pairs, "excluded_pair_count", change.excluded_pair_count},
+  };
+  for (const auto& of : arrays)
+    if (of.array != nullptr && of.count == 0) return std::pair(of.name, of.counted_by);
+  return std::nullopt;
+}
+
+/// As the interface's header names it.
+const char* name_of(std::int32_t what) {
+  static constexpr const char* kNames[] = {"WF_ADD_BODY",       "WF_CHANGE_BODY",
+                                           "WF_REPLACE_BODY",   "WF_REPLACE_ELEMENTS",
+                                           "WF_CHANGE_FILTERS", "WF_CHANGE_EXCLUDED_PAIRS"};
+  return kNames[what];
+}
+
 /// What earlier changes of the list, or else the scene, say that a body is; one by default where there is
 /// none, which the engine refuses.
 Body described(const Scene& scene, std::span<const SceneChange> earlier, std::uint32_t index) {
@@ -84,6 +116,9 @@ Result<Body> put_body(const wf_change& from, const std::string& where, const Sce
                               "; give the same, or leave the body's 0");
   } else if (from.what == WF_REPLACE_BODY) {
     body = described(scene, earlier, from.index);
+    if (body.kind == BodyKind::kRemoved && from.vertex_count > 0)
+      return invalid_argument(where + "body: is null, and body " + std::to_string(from.index) +
+                              " was removed; describe the one that takes its place");
   }
   body.vertex_count = from.vertex_count;
   return body;
@@ -119,8 +154,11 @@ Result<SceneChange> change_of(const wf_change& from, const std::string& where, c
   if (from.what < WF_ADD_BODY || from.what > WF_CHANGE_EXCLUDED_PAIRS)
     return out_of(where + "what", from.what, WF_CHANGE_EXCLUDED_PAIRS);
   if (const char* field = useless_field(from))
-    return invalid_argument(where + field + ": a change of kind " + std::to_string(from.what) +
+    return invalid_argument(where + field + ": a " + name_of(from.what) +
                             " has no use for it; leave it as wf_change_init() does, or correct `what`");
+  if (const auto forgotten = forgotten_count(from))
+    return invalid_argument(where + forgotten->first + ": is given, and " + forgotten->second +
+                            " is 0; say how many there are, or give NULL for none");
   switch (from.what) {
     case WF_CHANGE_BODY: {
       if (from.body == nullptr)

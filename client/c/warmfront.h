@@ -197,7 +197,7 @@ typedef struct wf_answer {
   uint64_t frame;              /* its number; of what moves nothing, that of the next one */
   uint64_t vf, ee, ve, vv, ef, vh; /* how many of each kind; ve and vv are among ee */
   uint64_t possible;           /* of these, neither proved nor excluded */
-  uint64_t overlaps_at_start;
+  uint64_t overlaps_at_start;  /* left out by leave_out_overlaps: not among the rows */
   double earliest_toi;         /* infinity without a contact */
   size_t rows;                 /* sorted by kind and features */
   const uint8_t* kind;

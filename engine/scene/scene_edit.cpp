@@ -15,6 +15,7 @@ namespace {
 // Are these a rest shape of a body that is added?
 Status check_rest_shape(const Body& body, std::span<const double> positions, const std::string& where,
                         StopSignal stop) {
+  if (body.half_space) return {};  // has none
   if (positions.empty())
     return Error{ErrorCode::kFailedPrecondition,
                  where + ": the scene's filters have near_at_rest; give the body's positions with it"};

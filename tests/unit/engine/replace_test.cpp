@@ -215,6 +215,22 @@ TEST(Replace, WhatDoesNotFitIsRefusedAndNothingChanges) {
   EXPECT_EQ(collider.scene().thickness_of(16), 0.01);
 }
 
+// A half-space has no rest shape that it could be given with.
+TEST(Replace, AHalfSpaceIsAddedBesideFiltersThatGoByTheRestShape) {
+  SheetStack stack({2});
+  stack.scene.filters.near_at_rest = 0.1;
+  stack.scene.filters.rest_positions = stack.positions;
+  Collider collider = stacked_collider(stack.scene, stack.positions);
+  BodyAddition ground;
+  ground.body.kind = BodyKind::kStatic;
+  ground.body.half_space = HalfSpace{{0, 0, -0.5}, {0, 0, 1}};
+  const auto added = collider.add_body(ground, std::span<const double>());
+  ASSERT_TRUE(added.ok()) << added.error().message;
+  const std::vector<double> below = sheet(2, -1);
+  EXPECT_EQ(collider.step(std::span<const double>(below)).value().vh, 9U);
+  EXPECT_TRUE(collider.self_check().ok());
+}
+
 TEST(Replace, OthersStayWarm) {
   const SheetStack sheets(std::vector<int>(12, 8));
   ColliderOptions options;
