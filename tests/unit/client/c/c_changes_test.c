@@ -23,6 +23,15 @@ static wf_change changed(int32_t what) {
   change.what = what;
   return change;
 }
+/* Of a body: where it rests, and its faces. */
+static wf_change meshed(int32_t what, const double* positions, uint32_t vertices, const int32_t* with, size_t count) {
+  wf_change change = changed(what);
+  change.vertex_count = vertices;
+  change.positions = positions;
+  change.faces = with;
+  change.face_count = count;
+  return change;
+}
 static wf_code one_change(wf_session* session, const wf_change* change) {
   return wf_change_scene(session, change, 1, NULL, NULL);
 }
@@ -46,16 +55,12 @@ static const double lower[9] = {0, 0, -0.5, 1, 0, -0.5, 0, 1, -0.5};
 static void test_add_change_remove(void) {
   wf_session* session = two_bodies(NULL);
   CHECK(met(session, after) == 3);
-  wf_change add = changed(WF_ADD_BODY);
+  wf_change add = meshed(WF_ADD_BODY, lower, 3, face, 1);
   wf_body body;
   wf_body_init(&body, sizeof body);
   body.name = "lower";
   body.kind = WF_STATIC;
   add.body = &body;
-  add.vertex_count = 3;
-  add.positions = lower;
-  add.faces = face;
-  add.face_count = 1;
   CHECK(one_change(session, &add) == WF_OK);
   wf_counts counts = counted(session);
   CHECK(counts.bodies == 3 && counts.vertices == 9 && counts.faces == 3 && counts.edges == 9 && counts.frame == 0);
@@ -111,11 +116,7 @@ static void test_replace(void) {
 
   static const double square[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
   static const int32_t halves[6] = {0, 1, 2, 2, 1, 3};
-  wf_change mesh = changed(WF_REPLACE_BODY);
-  mesh.vertex_count = 4;
-  mesh.positions = square;
-  mesh.faces = halves;
-  mesh.face_count = 2;
+  wf_change mesh = meshed(WF_REPLACE_BODY, square, 4, halves, 2);
   /* Both in one list, with a description between them that the second one keeps. */
   wf_body body;
   wf_body_init(&body, sizeof body);
@@ -213,11 +214,7 @@ static void test_all_or_none(void) {
   const wf_counts first = counted(session);
   wf_body body;
   wf_body_init(&body, sizeof body);
-  wf_change add = changed(WF_ADD_BODY);
-  add.vertex_count = 3;
-  add.positions = lower;
-  add.faces = face;
-  add.face_count = 1;
+  wf_change add = meshed(WF_ADD_BODY, lower, 3, face, 1);
   wf_options options;
   wf_options_init(&options, sizeof options);
   options.report = WF_COUNT;
