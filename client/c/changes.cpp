@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Changes of a session's scene and options, and how much there is then. Thread safety as stated in the
 // interface's header.
-#include <algorithm>
+#include <array>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -21,58 +21,65 @@ using namespace warmfront::c;
 
 namespace {
 
-/// The first field that is given and that a change of this kind has no use for; null: none.
+constexpr const char* kVertexCount = "vertex_count";
+
+/// An array of a change, and the field that counts its rows.
+struct ArrayField {
+  const char* name;
+  const void* array;
+  const char* counted_by;
+  std::size_t count;
+  bool used;  ///< by a change of this kind
+};
+
+bool is_given(const ArrayField& field) {
+  return field.array != nullptr || (field.counted_by != kVertexCount && field.count > 0);
+}
+
+std::array<ArrayField, 8> arrays_of(const wf_change& change) {
+  const bool puts = change.what == WF_ADD_BODY || change.what == WF_REPLACE_BODY;
+  const bool meshes = puts || change.what == WF_REPLACE_ELEMENTS;
+  const bool filters = change.what == WF_CHANGE_FILTERS;
+  return {{
+      {"positions", change.positions, kVertexCount, change.vertex_count, puts},
+      {"thickness", change.thickness, kVertexCount, change.vertex_count, puts},
+      {"faces", change.faces, "face_count", change.face_count, meshes},
+      {"edges", change.edges, "edge_count", change.edge_count, meshes},
+      {"rest_positions", change.rest_positions, kVertexCount, change.vertex_count, filters},
+      {"excluded_vertex_pairs", change.excluded_vertex_pairs, "excluded_vertex_pair_count",
+       change.excluded_vertex_pair_count, filters},
+      {"patches", change.patches, kVertexCount, change.vertex_count, filters},
+      {"excluded_pairs", change.excluded_pairs, "excluded_pair_count", change.excluded_pair_count,
+       change.what == WF_CHANGE_EXCLUDED_PAIRS},
+  }};
+}
+
+/// A field that is given and that a change of this kind has no use for; null: none.
 const char* useless_field(const wf_change& change) {
   const auto is = [&](auto... kinds) { return ((change.what == kinds) || ...); };
-  const bool puts = is(WF_ADD_BODY, WF_REPLACE_BODY);
-  const bool filters = is(WF_CHANGE_FILTERS);
   const struct {
     const char* name;
     bool given;
     bool used;
-  } fields[] = {
+  } values[] = {
       {"index", change.index != 0, is(WF_CHANGE_BODY, WF_REPLACE_BODY, WF_REPLACE_ELEMENTS)},
-      {"body", change.body != nullptr, puts || is(WF_CHANGE_BODY)},
-      {"vertex_count", change.vertex_count != 0, puts || filters},
-      {"positions", change.positions != nullptr, puts},
-      {"thickness", change.thickness != nullptr, puts},
-      {"faces", change.faces != nullptr || change.face_count > 0, puts || is(WF_REPLACE_ELEMENTS)},
-      {"edges", change.edges != nullptr || change.edge_count > 0, puts || is(WF_REPLACE_ELEMENTS)},
-      {"within_edges", change.within_edges != 0, filters},
-      {"near_at_rest", change.near_at_rest != 0, filters},
-      {"rest_positions", change.rest_positions != nullptr, filters},
-      {"excluded_vertex_pairs",
-       change.excluded_vertex_pairs != nullptr || change.excluded_vertex_pair_count > 0, filters},
-      {"patches", change.patches != nullptr, filters},
-      {"excluded_pairs", change.excluded_pairs != nullptr || change.excluded_pair_count > 0,
-       is(WF_CHANGE_EXCLUDED_PAIRS)},
+      {"body", change.body != nullptr, is(WF_ADD_BODY, WF_REPLACE_BODY, WF_CHANGE_BODY)},
+      {kVertexCount, change.vertex_count != 0, is(WF_ADD_BODY, WF_REPLACE_BODY, WF_CHANGE_FILTERS)},
+      {"within_edges", change.within_edges != 0, is(WF_CHANGE_FILTERS)},
+      {"near_at_rest", change.near_at_rest != 0, is(WF_CHANGE_FILTERS)},
   };
-  const auto* found =
-      std::ranges::find_if(fields, [](const auto& field) { return field.given && !field.used; });
-  return found == std::end(fields) ? nullptr : found->name;
+  for (const auto& field : values)
+    if (field.given && !field.used) return field.name;
+  for (const ArrayField& field : arrays_of(change))
+    if (is_given(field) && !field.used) return field.name;
+  return nullptr;
 }
 
-/// An array of which the change says that it is empty, and the field that says so; null: none. Who wants none
-/// gives none, so that a count that was forgotten does not empty anything.
-std::optional<std::pair<const char*, const char*>> forgotten_count(const wf_change& change) {
-  const struct {
-    const char* name;
-    const void* array;
-    const char* counted_by;
-    std::size_t count;
-  } arrays[] = {
-      {"positions", change.positions, "vertex_count", change.vertex_count},
-      {"thickness", change.thickness, "vertex_count", change.vertex_count},
-      {"faces", change.faces, "face_count", change.face_count},
-      {"edges", change.edges, "edge_count", change.edge_count},
-      {"rest_positions", change.rest_positions, "vertex_count", change.vertex_count},
-      {"excluded_vertex_pairs", change.excluded_vertex_pairs, "excluded_vertex_pair_count",
-       change.excluded_vertex_pair_count},
-      {"patches", change.patches, "vertex_count", change.vertex_count},
-      {"excluded_pairs", change.excluded_pairs, "excluded_pair_count", change.excluded_pair_count},
-  };
-  for (const auto& of : arrays)
-    if (of.array != nullptr && of.count == 0) return std::pair(of.name, of.counted_by);
+/// An array of which the change says that it is empty; none: there is none. Who wants none gives none, so
+/// that a count that was forgotten does not empty anything.
+std::optional<ArrayField> forgotten_count(const wf_change& change) {
+  for (const ArrayField& field : arrays_of(change))
+    if (field.array != nullptr && field.count == 0) return field;
   return std::nullopt;
 }
 
@@ -157,7 +164,7 @@ Result<SceneChange> change_of(const wf_change& from, const std::string& where, c
     return invalid_argument(where + field + ": a " + name_of(from.what) +
                             " has no use for it; leave it as wf_change_init() does, or correct `what`");
   if (const auto forgotten = forgotten_count(from))
-    return invalid_argument(where + forgotten->first + ": is given, and " + forgotten->second +
+    return invalid_argument(where + forgotten->name + ": is given, and " + forgotten->counted_by +
                             " is 0; say how many there are, or give NULL for none");
   switch (from.what) {
     case WF_CHANGE_BODY: {
@@ -200,7 +207,7 @@ Result<std::vector<SceneChange>> changes_of(const wf_session& session, const wf_
     const std::string where = "changes[" + std::to_string(i) + "]";
     // The caller's array has structs of the caller's size.
     const Result<wf_change> given = read(reinterpret_cast<const wf_change*>(at), wf_change{}, "change");
-    if (!given) return invalid_argument(where + ": " + given.error().message);
+    if (!given) return Error{given.error().code, where + ": " + given.error().message};
     at += given.value().size;
     Result<SceneChange> change = change_of(given.value(), where + ".", session, changes);
     if (!change) return change.error();
@@ -255,6 +262,6 @@ wf_code wf_count(const wf_session* session, wf_counts* counts, size_t counts_siz
                       .faces = scene.face_count(),
                       .edges = scene.edge_count(),
                       .bodies = scene.bodies().size()};
-  std::memcpy(counts, &now, std::min(counts_size, sizeof now));
+  write(counts, counts_size, now);
   return WF_OK;
 }

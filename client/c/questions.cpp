@@ -60,7 +60,7 @@ void fill(const wf_session& session, wf_answer* answer, std::size_t size) {
   to.worlds = column<std::uint32_t>(from.worlds);
   to.world_tois = column<double>(from.world_tois);
   to.ms = from.statistics.ms.total;
-  std::memcpy(static_cast<void*>(answer), &to, std::min(size, sizeof to));
+  write(answer, size, to);
 }
 
 wf_code ask(wf_session* session, QuestionKind kind, const wf_frame* frame, const wf_question* given,

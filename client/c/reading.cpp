@@ -63,7 +63,7 @@ Result<std::vector<Body>> bodies_of(const wf_scene& scene) {
 
 Result<Body> body_of(const wf_body* given, const std::string& where, std::size_t& size) {
   const Result<wf_body> taken = read(given, initial_body(), "body");
-  if (!taken) return invalid_argument(where + ": " + taken.error().message);
+  if (!taken) return Error{taken.error().code, where + ": " + taken.error().message};
   const wf_body& from = taken.value();
   size = from.size;
   Body body;

@@ -9,12 +9,11 @@
 namespace warmfront::c {
 namespace {
 
-/// Sets what a caller's struct has room for.
 template <class T>
 void initialize(T* to, std::size_t size, T initial) {
   if (to == nullptr) return;
   initial.size = size;
-  std::memcpy(static_cast<void*>(to), &initial, std::min(size, sizeof initial));
+  write(to, size, initial);
 }
 
 }  // namespace

@@ -21,7 +21,8 @@
  * are looked at during the call alone. Lengths are in the scene's unit, times in [0, 1] of the step.
  *
  * Structs that are given grow at their end in later versions: initialize them with their size as the caller knows it. Those that
- * are filled take the size, too, and nothing beyond it is written.
+ * are filled take the size, too, and nothing beyond it is written. What a newer header has and an older library does not know is
+ * 0 after initialization and in an answer; a library that is asked for more fails with WF_UNIMPLEMENTED.
  */
 #ifndef WARMFRONT_H
 #define WARMFRONT_H
@@ -182,15 +183,30 @@ typedef struct wf_question {
 } wf_question;
 WF_API void wf_question_init(wf_question* question, size_t size);
 
+/* What a row is a pair of: the first side, then the second. `features` numbers both. */
 enum {
   WF_VERTEX_FACE = 0,
   WF_EDGE_EDGE = 1,
-  WF_EDGE_FACE = 2,
-  WF_VERTEX_EDGE = 3,
-  WF_VERTEX_VERTEX = 4,
-  WF_VERTEX_HALF_SPACE = 5
+  WF_EDGE_FACE = 2,        /* of wf_intersections() alone */
+  WF_VERTEX_EDGE = 3,      /* an isolated vertex and an edge in no face; within a separation or distance */
+  WF_VERTEX_VERTEX = 4,    /* two isolated vertices; the same */
+  WF_VERTEX_HALF_SPACE = 5 /* the second is the half-space's body */
 };
-enum { WF_HIT = 1, WF_POSSIBLE = 2, WF_OVERLAP_AT_START = 3, WF_BUDGET = 4 };
+/* What is known of a row. Pairs that are proved to stay apart have none. */
+enum {
+  WF_HIT = 1,              /* proved: they meet within the step, or are within the distance */
+  WF_POSSIBLE = 2,         /* they come within the tolerance of that, and neither was proved */
+  WF_OVERLAP_AT_START = 3, /* not provably apart at time 0: its toi is 0 */
+  WF_BUDGET = 4            /* the test ended undecided: its toi is the earliest time that is not yet excluded */
+};
+/* Of `closest`: what has the closest points, of one side and of the other; an edge's or a face's interior
+ * where it says so. */
+enum {
+  WF_CLOSEST_VERTEX_VERTEX = 0,
+  WF_CLOSEST_EDGE_VERTEX = 1,
+  WF_CLOSEST_EDGE_EDGE = 2,
+  WF_CLOSEST_FACE_VERTEX = 3
+};
 
 /* Columns are NULL where they were not asked for, and valid until the session's next call. */
 typedef struct wf_answer {
@@ -204,15 +220,19 @@ typedef struct wf_answer {
   const uint8_t* status;
   const uint32_t* vertices;    /* (rows, 4); of wf_intersections() (rows, 5): the edge's, then the face's */
   const uint32_t* features;    /* (rows, 2): numbers of the vertex, edge, face or half-space's body of either side */
-  const double* toi;
-  const double* weights;       /* (rows, 4) */
-  const double* normal;        /* (rows, 3) */
-  const double* points;        /* (rows, 2, 3) */
-  const double* direction;     /* (rows, 3) */
-  const double* squared_distance;
-  const uint8_t* closest;
-  const uint32_t* multiplicity; /* of a reduced answer */
-  const uint8_t* stencil;
+  const double* toi;           /* in [0, 1], not above the first time of contact (tier WF_FAST: near it); without a motion 0, or
+                                * 1 at a trial's end */
+  /* At the toi, in floating point: not proofs. */
+  const double* weights;       /* (rows, 4), barycentric, of `vertices`: vertex-face 1 and the face's three, else each edge's two */
+  const double* normal;        /* (rows, 3): the face's, or the one that both edges have, towards the first side */
+  const double* points;        /* (rows, 2, 3): the closest ones, first side first */
+  const double* direction;     /* (rows, 3): from the second side's closest point to the first's, of length 1; 0 where they touch */
+  const double* squared_distance; /* of the closest points */
+  const uint8_t* closest;      /* WF_CLOSEST_... */
+  /* Of a reduced answer, in which a closest pair that several rows share comes once. */
+  const uint32_t* multiplicity; /* in how many rows it was */
+  const uint8_t* stencil;      /* bit k: the k-th of the row's four vertices is of the closest features. Two bits are two vertices,
+                                * three an edge and a vertex, four what the kind says; a half-space's row has the vertex's alone */
   size_t distances;            /* of wf_vertex_distances(): how many */
   const double* vertex_distances;
   size_t world_count;          /* of report WF_EARLIEST in a scene with worlds */

@@ -5,13 +5,16 @@
 #include <semaphore.h>
 #include <signal.h>
 #include <stdio.h>
+#include <string.h>
 
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <string>
 #include <system_error>
 #include <thread>
+#include <vector>
 
 #include "client/io/staged_file.h"
 
@@ -43,12 +46,21 @@ void flush_rows() {
   static_cast<void>(fflush(stdout));
 }
 
+void say(int number, const std::vector<std::string>& not_written) {
+  std::string line = std::string("warmfront: ended by SIG") + sigabbrev_np(number);
+  for (const std::string& file : not_written) line += "; not written: " + file;
+  static_cast<void>(std::fprintf(stderr, "%s\n", line.c_str()));
+}
+
 void end_when_signalled() {
   while (sem_wait(&signalled) != 0) {
   }
   const int number = first_signal.load();
-  StagedFile::remove_all();
-  if (number != SIGPIPE) flush_rows();  // nobody reads them then
+  const std::vector<std::string> not_written = StagedFile::remove_all();
+  if (number != SIGPIPE) {  // nobody reads them then
+    flush_rows();
+    say(number, not_written);
+  }
   struct sigaction action {};
   action.sa_handler = SIG_DFL;
   sigaction(number, &action, nullptr);

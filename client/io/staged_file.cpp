@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/io/staged_file.h"
 
+#include <fcntl.h>
 #include <stdlib.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <functional>
+#include <map>
 #include <mutex>
-#include <set>
 #include <system_error>
 #include <vector>
 
@@ -17,25 +21,67 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The folders that there are. Never destroyed: remove_all() may come while the process ends.
+/// The folders that there are, and the file that each is for. Never destroyed: remove_all() may come while
+/// the process ends.
 struct Staged {
   std::mutex mutex;
-  std::set<fs::path> folders;
+  std::map<fs::path, fs::path> targets;
 };
 Staged& staged_now() {
   static auto* const all = new Staged;
   return *all;
 }
 
+/// Six characters of mkdtemp() behind it.
+std::string folder_prefix(const fs::path& target) {
+  return "." + target.filename().string() + ".";
+}
+
+/// A descriptor that holds the folder's lock, which its process has until it ends; -1 where another one has
+/// it or the file system has none. Not passed on to programs that are started. `wait`: 0, or LOCK_NB.
+int lock_folder(const fs::path& folder, int wait) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (descriptor < 0 || ::flock(descriptor, LOCK_EX | wait) == 0) return descriptor;
+  ::close(descriptor);
+  return -1;
+}
+
+bool is_folder_of_mine(const fs::path& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == ::geteuid();
+}
+
+/// Removes what processes left that were killed while they wrote this file: folders that nobody has locked.
+void remove_abandoned(const fs::path& parent, const fs::path& target) {
+  constexpr std::size_t kRandom = 6;
+  const std::string prefix = folder_prefix(target);
+  std::error_code code;
+  std::vector<fs::path> abandoned;
+  for (fs::directory_iterator at(parent, code), end; !code && at != end; at.increment(code)) {
+    const std::string name = at->path().filename().string();
+    if (name.starts_with(prefix) && name.size() == prefix.size() + kRandom && is_folder_of_mine(at->path()))
+      abandoned.push_back(at->path());
+  }
+  for (const fs::path& folder : abandoned) {
+    const int lock = lock_folder(folder, LOCK_NB);
+    if (lock < 0) continue;
+    fs::remove_all(folder, code);
+    ::close(lock);
+  }
+}
+
 }  // namespace
 
-void StagedFile::remove_all() noexcept {
+std::vector<std::string> StagedFile::remove_all() {
   Staged& all = staged_now();
   all.mutex.lock();  // for good
-  for (const fs::path& folder : all.folders) {
+  std::vector<std::string> targets;
+  for (const auto& [folder, target] : all.targets) {
     std::error_code ignored;
     fs::remove_all(folder, ignored);
+    targets.push_back(target.string());
   }
+  return targets;
 }
 
 Result<StagedFile> StagedFile::create(const std::string& path) {
@@ -45,13 +91,23 @@ Result<StagedFile> StagedFile::create(const std::string& path) {
   if (path == "-" || (fs::exists(path, code) && !fs::is_regular_file(path, code))) return staged;
   staged.target_ = fs::is_symlink(path, code) ? fs::weakly_canonical(path, code) : fs::path(path);
   const fs::path parent = staged.target_.has_parent_path() ? staged.target_.parent_path() : fs::path(".");
-  std::string folder = (parent / ("." + staged.target_.filename().string() + ".XXXXXX")).string();
+  if (fs::exists(staged.target_, code) &&
+      ::faccessat(AT_FDCWD, staged.target_.c_str(), W_OK, AT_EACCESS) != 0)
+    return invalid_argument(path + ": cannot write: " + std::generic_category().message(errno));
   Staged& all = staged_now();
   const std::lock_guard lock(all.mutex);
-  if (mkdtemp(folder.data()) == nullptr)
-    return invalid_argument(path + ": cannot write beside it: " + std::generic_category().message(errno));
-  staged.folder_ = folder;
-  all.folders.insert(staged.folder_);
+  remove_abandoned(parent, staged.target_);
+  // Between making a folder and locking it another process may take it for abandoned: then another one is
+  // made.
+  do {
+    std::string folder = (parent / (folder_prefix(staged.target_) + "XXXXXX")).string();
+    if (mkdtemp(folder.data()) == nullptr)
+      return invalid_argument(path + ": cannot write beside it: " + std::generic_category().message(errno));
+    if (staged.lock_ >= 0) ::close(staged.lock_);
+    staged.lock_ = lock_folder(folder, 0);
+    staged.folder_ = folder;
+  } while (!fs::exists(staged.folder_, code));
+  all.targets.emplace(staged.folder_, staged.target_);
   staged.path_ = (staged.folder_ / staged.target_.filename()).string();
   return staged;
 }
@@ -60,9 +116,10 @@ StagedFile::~StagedFile() {
   if (folder_.empty()) return;
   Staged& all = staged_now();
   const std::lock_guard lock(all.mutex);
-  all.folders.erase(folder_);
+  all.targets.erase(folder_);
   std::error_code ignored;
   fs::remove_all(folder_, ignored);
+  if (lock_ >= 0) ::close(lock_);
 }
 
 Status StagedFile::commit() {

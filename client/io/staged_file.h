@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "engine/result.h"
 
@@ -15,21 +16,24 @@ namespace warmfront::client {
 /// has the name and is no regular file (a pipe, /dev/null), and "-", are written as they are.
 class StagedFile {
  public:
-  /// For a file at `path`; a link is followed. Fails when its folder cannot be written to.
+  /// For a file at `path`; a link is followed. Fails when its folder, or the file that is there, cannot be
+  /// written to.
   static Result<StagedFile> create(const std::string& path);
 
   StagedFile(StagedFile&& other) noexcept
       : path_(std::move(other.path_)),
         target_(std::move(other.target_)),
-        folder_(std::exchange(other.folder_, {})) {}
+        folder_(std::exchange(other.folder_, {})),
+        lock_(std::exchange(other.lock_, -1)) {}
   StagedFile(const StagedFile&) = delete;
   StagedFile& operator=(const StagedFile&) = delete;
   StagedFile& operator=(StagedFile&&) = delete;
   ~StagedFile();
 
-  /// Removes what is staged, of all there are; none is staged, moved or removed from then on. For who ends
-  /// the process at once. Any thread; returns when those that are being moved are in their place.
-  static void remove_all() noexcept;
+  /// Removes what is staged, of all there are, and says which files that would have been; none is staged,
+  /// moved or removed from then on. For who ends the process at once. Any thread; returns when those that are
+  /// being moved are in their place.
+  static std::vector<std::string> remove_all();
 
   /// Where to write.
   const std::string& path() const { return path_; }
@@ -44,6 +48,7 @@ class StagedFile {
   std::string path_;
   std::filesystem::path target_;
   std::filesystem::path folder_;  ///< empty: nothing is staged
+  int lock_ = -1;                 ///< of the folder, as long as this process lives
 };
 
 }  // namespace warmfront::client

@@ -2,8 +2,11 @@
 #include "engine/broad_phase/near_parts.h"
 
 #include <algorithm>
+#include <atomic>
+#include <bit>
 
 #include "engine/bounds/overlap.h"
+#include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
 namespace {
@@ -66,8 +69,12 @@ void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bound
       return x != y ? x < y : p < q;
     });
   }
-  order(model, roots, first, stop);
-  order(model, roots, TreeShape::right(node), stop);
+  constexpr std::ptrdiff_t kSerialBelow = 1024;
+  const auto left = [&] { order(model, roots, first, stop); };
+  const auto right = [&] { order(model, roots, TreeShape::right(node), stop); };
+  if (end - begin >= kSerialBelow) return fork_two(left, right);
+  left();
+  right();
 }
 
 template <class Bounds>
@@ -88,23 +95,35 @@ void NearParts<Bounds>::arrange(const CollisionModel& model, std::span<const Bou
 }
 
 template <class Bounds>
+void NearParts<Bounds>::refit(NodeId node, const CollisionModel& model, std::span<const Bounds> roots,
+                              std::span<const std::uint8_t> changed) {
+  Node& to = nodes_[number_of(node)];
+  if (shape_.is_leaf(node)) {
+    const PartId part = order_[shape_.begin(node)];
+    to = {roots[number_of(part)], model.set_of(part), changed[number_of(part)] != 0};
+    return;
+  }
+  const Node& left = nodes_[number_of(TreeShape::left(node))];
+  const Node& right = nodes_[number_of(TreeShape::right(node))];
+  to = left;
+  to.bounds.merge(right.bounds);
+  to.set.add(right.set);
+  to.changed |= right.changed;
+}
+
+// Level by level, from the deepest: the children of a level's nodes, [2^k - 1, 2^(k + 1) - 1), are in the next.
+template <class Bounds>
 void NearParts<Bounds>::refit(const CollisionModel& model, std::span<const Bounds> roots,
                               std::span<const std::uint8_t> changed) {
-  for (auto i = static_cast<std::uint32_t>(nodes_.size()); i-- > 0;) {
-    const NodeId node{i};
-    Node& to = nodes_[i];
-    if (!shape_.is_leaf(node)) {
-      const Node& left = nodes_[number_of(TreeShape::left(node))];
-      const Node& right = nodes_[number_of(TreeShape::right(node))];
-      to = left;
-      to.bounds.merge(right.bounds);
-      to.set.add(right.set);
-      to.changed |= right.changed;
-    } else {
-      const PartId part = order_[shape_.begin(node)];
-      to = {roots[number_of(part)], model.set_of(part), changed[number_of(part)] != 0};
-    }
+  constexpr std::size_t kSerial = 256;  // levels of so few nodes together
+  std::size_t end = nodes_.size();
+  while (end > kSerial) {
+    const std::size_t first = std::bit_floor(end) - 1;
+    for_each_index(
+        first, end, {}, [&](std::size_t i) { refit(NodeId(i), model, roots, changed); }, kSerial);
+    end = first;
   }
+  while (end-- > 0) refit(NodeId(end), model, roots, changed);
 }
 
 template <class Bounds>
@@ -118,42 +137,79 @@ double NearParts<Bounds>::looseness() const {
 }
 
 template <class Bounds>
-void NearParts<Bounds>::traverse(const CollisionModel& model, std::span<const std::uint8_t> changed,
-                                 bool rebuild, std::size_t most, StopSignal stop, std::uint64_t& bv_tests) {
+void NearParts<Bounds>::look(const Parts& parts, const NodePair& pair, std::vector<NodePair>& next,
+                             Found& found) const {
+  const Node& a = nodes_[number_of(pair.a)];
+  const Node& b = nodes_[number_of(pair.b)];
+  if ((!parts.rebuild && !a.changed && !b.changed) || !a.set.may_meet(b.set)) return;
+  const bool self = pair.a == pair.b;
+  if (self && shape_.is_leaf(pair.a)) return;
+  if (!self) {
+    ++found.bv_tests;
+    if (!overlap(a.bounds, b.bounds)) return;
+  }
   const Bvtt bvtt(shape_, shape_, true);
+  if (!bvtt.is_leaf(pair))
+    return bvtt.for_children(pair, [&](const NodePair& child) { next.push_back(child); });
+  const PartId p = order_[shape_.begin(pair.a)];
+  const PartId q = order_[shape_.begin(pair.b)];
+  if (parts.model.may_meet(p, q))
+    found.near.push_back({{std::min(p, q), std::max(p, q)},
+                          parts.changed[number_of(p)] == 0 && parts.changed[number_of(q)] == 0});
+}
+
+template <class Bounds>
+template <class Enough>
+void NearParts<Bounds>::traverse(const Parts& parts, std::vector<NodePair>& stack, Found& found,
+                                 StopSignal stop, const Enough& enough) const {
   PacedStop paced(stop);
-  while (!stack_.empty() && near_.size() <= most) {
+  while (!stack.empty() && !enough(found)) {
     paced.check();
-    const NodePair pair = stack_.back();
-    stack_.pop_back();
-    const Node& a = nodes_[number_of(pair.a)];
-    const Node& b = nodes_[number_of(pair.b)];
-    if ((!rebuild && !a.changed && !b.changed) || !a.set.may_meet(b.set)) continue;
-    const bool self = pair.a == pair.b;
-    if (self && shape_.is_leaf(pair.a)) continue;
-    if (!self) {
-      ++bv_tests;
-      if (!overlap(a.bounds, b.bounds)) continue;
-    }
-    if (!bvtt.is_leaf(pair)) {
-      bvtt.for_children(pair, [&](const NodePair& child) { stack_.push_back(child); });
-      continue;
-    }
-    const PartId p = order_[shape_.begin(pair.a)];
-    const PartId q = order_[shape_.begin(pair.b)];
-    if (model.may_meet(p, q))
-      near_.push_back(
-          {{std::min(p, q), std::max(p, q)}, changed[number_of(p)] == 0 && changed[number_of(q)] == 0});
+    const NodePair pair = stack.back();
+    stack.pop_back();
+    look(parts, pair, stack, found);
+  }
+}
+
+// The pairs, and the number of tests, are the same in any order, unless there are too many: then neither counts.
+template <class Bounds>
+void NearParts<Bounds>::traverse_all(const Parts& parts, std::size_t most, StopSignal stop) {
+  constexpr std::size_t kTasks = 64;
+  stack_.clear();
+  if (!nodes_.empty()) stack_.push_back(Bvtt::root());
+  while (!stack_.empty() && stack_.size() < kTasks) {
+    level_.clear();
+    for (const NodePair& pair : stack_) look(parts, pair, level_, found_);
+    stack_.swap(level_);
+  }
+  if (stack_.empty()) return;
+
+  tasks_.resize(kTasks);
+  std::atomic<std::size_t> total = found_.near.size();
+  fork_each(std::size_t{0}, kTasks, [&](std::size_t t) {
+    Task& task = tasks_[t];
+    task.stack.clear();
+    task.found.near.clear();
+    task.found.bv_tests = 0;
+    for (std::size_t i = t; i < stack_.size(); i += kTasks) task.stack.push_back(stack_[i]);
+    std::size_t counted = 0;
+    traverse(parts, task.stack, task.found, stop, [&](const Found& found) {
+      if (found.near.size() == counted) return false;
+      const std::size_t more = found.near.size() - counted;
+      counted = found.near.size();
+      return total.fetch_add(more, std::memory_order_relaxed) + more > most;
+    });
+  });
+  for (const Task& task : tasks_) {
+    found_.near.insert(found_.near.end(), task.found.near.begin(), task.found.near.end());
+    found_.bv_tests += task.found.bv_tests;
   }
 }
 
 template <class Bounds>
 void NearParts<Bounds>::sort(StopSignal stop) {
-  PacedStop paced(stop);
-  std::ranges::sort(near_, [&](const NearPair& x, const NearPair& y) {
-    paced.check();
-    return x.parts < y.parts;
-  });
+  sort_in_parallel(found_.near, stop,
+                   [](const NearPair& x, const NearPair& y) { return x.parts < y.parts; });
 }
 
 template <class Bounds>
@@ -162,9 +218,11 @@ std::span<const NearPair> NearParts<Bounds>::find(const CollisionModel& model, s
                                                   std::uint64_t& bv_tests, std::size_t most,
                                                   StopSignal stop) {
   constexpr double kLoosenessLimit = 1.5;
+  std::vector<NearPair>& near = found_.near;
   last_.clear();
-  if (!rebuild) last_.swap(near_);
-  near_.clear();
+  if (!rebuild) last_.swap(near);
+  near.clear();
+  found_.bv_tests = 0;
   overflowed_ = false;
   const bool first = rebuild || nodes_.empty();
   if (first) arrange(model, roots, stop);
@@ -177,44 +235,53 @@ std::span<const NearPair> NearParts<Bounds>::find(const CollisionModel& model, s
 
   for (const NearPair& pair : last_) {
     if (changed[number_of(pair.parts.a)] == 0 && changed[number_of(pair.parts.b)] == 0)
-      near_.push_back({pair.parts, true});
+      near.push_back({pair.parts, true});
   }
   for (const PartId p : order_) {
     if (model.self_collision(p) && (rebuild || changed[number_of(p)] != 0))
-      near_.push_back({{p, p}, changed[number_of(p)] == 0});
+      near.push_back({{p, p}, changed[number_of(p)] == 0});
   }
-  stack_.clear();
-  if (!nodes_.empty()) stack_.push_back(Bvtt::root());
-  const std::uint64_t tests_before = bv_tests;
   // The memory for a part with itself is within the part's own.
   const std::size_t allowed = most < ~std::size_t{0} - order_.size() ? most + order_.size() : most;
-  traverse(model, changed, rebuild, allowed, stop, bv_tests);
-  if (near_.size() > allowed) {
+  traverse_all({model, changed, rebuild}, allowed, stop);
+  if (near.size() > allowed) {  // the tests are repeated
     overflowed_ = true;
-    bv_tests = tests_before;  // the tests are repeated
-    std::vector<NearPair>().swap(near_);
+    std::vector<NearPair>().swap(near);
     std::vector<NearPair>().swap(last_);
+    std::vector<Task>().swap(tasks_);
     stack_.assign(1, Bvtt::root());
     next_self_ = 0;
     return {};
   }
+  bv_tests += found_.bv_tests;
   sort(stop);
-  return near_;
+  return near;
 }
 
 template <class Bounds>
 std::span<const NearPair> NearParts<Bounds>::next_block(const CollisionModel& model,
                                                         std::span<const std::uint8_t> changed,
                                                         std::uint64_t& bv_tests, StopSignal stop) {
-  near_.clear();
-  near_.reserve(kBlock + 1);
-  for (; next_self_ < order_.size() && near_.size() < kBlock; ++next_self_) {
+  std::vector<NearPair>& near = found_.near;
+  near.clear();
+  near.reserve(kBlock + 1);
+  for (; next_self_ < order_.size() && near.size() < kBlock; ++next_self_) {
     const PartId p = order_[next_self_];
-    if (model.self_collision(p)) near_.push_back({{p, p}, changed[number_of(p)] == 0});
+    if (model.self_collision(p)) near.push_back({{p, p}, changed[number_of(p)] == 0});
   }
-  traverse(model, changed, true, kBlock - 1, stop, bv_tests);
+  found_.bv_tests = 0;
+  traverse({model, changed, true}, stack_, found_, stop,
+           [](const Found& found) { return found.near.size() >= kBlock; });
+  bv_tests += found_.bv_tests;
   sort(stop);
-  return near_;
+  return near;
+}
+
+template <class Bounds>
+std::size_t NearParts<Bounds>::memory_bytes() const {
+  std::size_t bytes = held_bytes(found_.near, last_, stack_, level_, nodes_, order_, tasks_);
+  for (const Task& task : tasks_) bytes += held_bytes(task.stack, task.found.near);
+  return bytes;
 }
 
 template class NearParts<Aabb>;

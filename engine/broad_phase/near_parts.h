@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which parts of a scene are near each other: a small hierarchy over the parts' own. Used by one thread at a
-// time.
+// time, inside Workers::run().
 #pragma once
 
 #include <cstdint>
@@ -36,7 +36,7 @@ class NearParts {
                                        std::uint64_t& bv_tests, StopSignal stop);
   static constexpr std::size_t kBlock = std::size_t{1} << 16;
 
-  std::size_t memory_bytes() const { return held_bytes(near_, last_, stack_, nodes_, order_); }
+  std::size_t memory_bytes() const;
 
  private:
   struct Node {
@@ -45,23 +45,49 @@ class NearParts {
     bool changed;
   };
 
+  /// What a traversal goes by.
+  struct Parts {
+    const CollisionModel& model;
+    std::span<const std::uint8_t> changed;
+    bool rebuild;
+  };
+  /// What a traversal finds.
+  struct Found {
+    std::vector<NearPair> near;
+    std::uint64_t bv_tests = 0;
+  };
+  /// A part of it, which one task takes.
+  struct Task {
+    std::vector<NodePair> stack;
+    Found found;
+  };
+
   void arrange(const CollisionModel& model, std::span<const Bounds> roots, StopSignal stop);
   void order(const CollisionModel& model, std::span<const Bounds> roots, NodeId node, StopSignal stop);
   void refit(const CollisionModel& model, std::span<const Bounds> roots,
              std::span<const std::uint8_t> changed);
+  void refit(NodeId node, const CollisionModel& model, std::span<const Bounds> roots,
+             std::span<const std::uint8_t> changed);
   double looseness() const;
-  // Continues from `stack_` until it is empty, or there are more than `most` pairs in `near_`.
-  void traverse(const CollisionModel& model, std::span<const std::uint8_t> changed, bool rebuild,
-                std::size_t most, StopSignal stop, std::uint64_t& bv_tests);
+  /// Tests a pair: it has children, which are appended to `next`, or parts that are near, or neither.
+  void look(const Parts& parts, const NodePair& pair, std::vector<NodePair>& next, Found& found) const;
+  /// Continues from `stack` until it is empty, or `enough(found)`.
+  template <class Enough>
+  void traverse(const Parts& parts, std::vector<NodePair>& stack, Found& found, StopSignal stop,
+                const Enough& enough) const;
+  /// All of it, in tasks where there is enough for them, or until there are more than `most` near pairs.
+  void traverse_all(const Parts& parts, std::size_t most, StopSignal stop);
   void sort(StopSignal stop);
 
   TreeShape shape_;
   std::vector<PartId> order_;  // part by position
   std::vector<Node> nodes_;
   double built_looseness_ = 0;
-  std::vector<NearPair> near_;
+  Found found_;
   std::vector<NearPair> last_;
   std::vector<NodePair> stack_;  // not yet traversed
+  std::vector<NodePair> level_;  // for traverse_all() alone
+  std::vector<Task> tasks_;
   std::size_t next_self_ = 0;    // index in `order_` of the next part against itself for next_block()
   bool overflowed_ = false;
 };

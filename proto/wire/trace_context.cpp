@@ -29,16 +29,23 @@ bool is_zero(std::span<const std::uint8_t> bytes) {
   return std::ranges::all_of(bytes, [](std::uint8_t byte) { return byte == 0; });
 }
 
+/// What a later version may have behind the fields that are known.
+bool is_more(std::string_view text) {
+  return text.starts_with('-') && std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~'; });
+}
+
 }  // namespace
 
 std::optional<TraceContext> TraceContext::parse(std::string_view traceparent) {
-  constexpr std::size_t kLength = 2 + 1 + 32 + 1 + 16 + 1 + 2;
-  if (traceparent.size() != kLength || traceparent[2] != '-' || traceparent[35] != '-' ||
+  constexpr std::uint8_t kNoVersion = 0xff;
+  if (traceparent.size() < kTraceparentLength || traceparent[2] != '-' || traceparent[35] != '-' ||
       traceparent[52] != '-')
     return std::nullopt;
+  const std::string_view more = traceparent.substr(kTraceparentLength);
   TraceContext context;
   std::array<std::uint8_t, 1> version{}, flags{};
-  if (!read_bytes(traceparent.substr(0, 2), version) || version[0] != 0 ||
+  if (!read_bytes(traceparent.substr(0, 2), version) || version[0] == kNoVersion ||
+      !(more.empty() || (version[0] > 0 && is_more(more))) ||
       !read_bytes(traceparent.substr(3, 32), context.trace) ||
       !read_bytes(traceparent.substr(36, 16), context.parent) ||
       !read_bytes(traceparent.substr(53, 2), flags) || is_zero(context.trace) || is_zero(context.parent))

@@ -6,6 +6,8 @@
 #include <random>
 #include <string_view>
 
+#include "proto/wire/trace_context.h"
+
 namespace warmfront::server {
 namespace {
 
@@ -19,15 +21,6 @@ bool is_request_id(std::string_view text) {
   return !text.empty() && text.size() <= 128 && std::ranges::all_of(text, [](char c) {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' ||
            c == '_' || c == '.' || c == '/' || c == '+' || c == '=' || c == ':';
-  });
-}
-
-/// 00-<32>-<16>-<2>, lower-case hexadecimal digits.
-bool is_traceparent(std::string_view text) {
-  constexpr std::string_view kShape = "xx-xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx-xxxxxxxxxxxxxxxx-xx";
-  return std::ranges::equal(text, kShape, [](char c, char shape) {
-    const bool hexadecimal = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-    return shape == '-' ? c == '-' : hexadecimal;
   });
 }
 
@@ -51,7 +44,8 @@ std::string_view traceparent(const grpc::ServerContextBase& call) {
 CallTag call_tag(const grpc::ServerContextBase& call) {
   const std::string_view request = metadata(call, "x-request-id"), trace = traceparent(call);
   return {is_request_id(request) ? std::string(request) : made_up_id(),
-          is_traceparent(trace) ? std::string(trace) : std::string()};
+          wire::TraceContext::parse(trace) ? std::string(trace.substr(0, wire::kTraceparentLength))
+                                           : std::string()};
 }
 
 }  // namespace warmfront::server

@@ -11,8 +11,8 @@ namespace warmfront::server {
 
 struct CallTag {
   std::string request_id;   ///< the metadata `x-request-id`, or one made up here
-  std::string traceparent;  ///< the metadata of that name as in W3C Trace Context; empty without, or when it
-                            ///< has another shape
+  std::string traceparent;  ///< what is known of the metadata of that name (wire::TraceContext); empty
+                            ///< without, or when it has another shape
 };
 
 /// What has another shape than an id should have, or is too long for one, is not taken over into logs.

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spawn.h>
+#include <string.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -34,14 +35,14 @@ namespace fs = std::filesystem;
 /// `warmfront` with its stdout in a pipe, of which nothing is read before read_until().
 class Running {
  public:
-  explicit Running(std::vector<std::string> arguments) {
+  explicit Running(std::vector<std::string> arguments, const std::string& stderr_file = "/dev/null") {
     std::array<int, 2> ends{};
     EXPECT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
     output_ = ends[0];
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, stderr_file.c_str(), O_WRONLY | O_CREAT, 0600);
     arguments.insert(arguments.begin(), WARMFRONT_BINARY);
     std::vector<char*> words;
     for (std::string& word : arguments) words.push_back(word.data());
@@ -94,9 +95,9 @@ constexpr const char* kLong = "builtin:cloth-ball?triangles=4000&frames=2000";
 TEST(CliInterrupt, WhatIsThereStaysWholeAndNothingElseIsLeft) {
   for (const auto& [number, name] : {std::pair{SIGINT, "c.csv"}, {SIGTERM, "c.jsonl"}, {SIGHUP, "c.vtp"}}) {
     SCOPED_TRACE(name);
-    const TemporaryFolder folder;
+    const TemporaryFolder folder, said;
     const std::string file = folder.write(name, "mine\n");
-    Running detect({"detect", kLong, "--contacts", file});
+    Running detect({"detect", kLong, "--contacts", file}, said.file("stderr"));
     detect.read_until(500);
     EXPECT_EQ(names_in(folder.path()).size(), 2u) << "what is written is beside it";
     detect.signal(number);
@@ -104,7 +105,30 @@ TEST(CliInterrupt, WhatIsThereStaysWholeAndNothingElseIsLeft) {
     EXPECT_EQ(folder.read(name), "mine\n");
     EXPECT_EQ(names_in(folder.path()), std::vector<std::string>{name});
     EXPECT_EQ(detect.text().back(), '\n') << "the table's rows are whole";
+    EXPECT_THAT(said.read("stderr"), HasSubstr(std::string("warmfront: ended by SIG") + sigabbrev_np(number) +
+                                               "; not written: " + file + "\n"));
   }
+}
+
+TEST(CliInterrupt, WhatAKilledProcessLeavesTheNextOneRemoves) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("c.csv");
+  const std::vector<std::string> words{"detect", kLong, "--contacts", file};
+  Running killed(words), other(words);
+  killed.read_until(500);
+  other.read_until(500);
+  killed.signal(SIGKILL);
+  EXPECT_EQ(killed.ended_by(), SIGKILL);
+  EXPECT_EQ(names_in(folder.path()).size(), 2u);
+  fs::create_directory(folder.file(".c.csv.mine"));
+  EXPECT_EQ(run("detect 'builtin:cloth-ball?triangles=1000&frames=3' --contacts " + file).code, 0);
+  EXPECT_EQ(names_in(folder.path()).size(), 3u) << "the other one's, and what is no folder of ours, stay";
+  const std::string written = folder.read("c.csv");
+  EXPECT_FALSE(written.empty());
+  other.signal(SIGINT);
+  EXPECT_EQ(other.ended_by(), SIGINT);
+  EXPECT_EQ(names_in(folder.path()), (std::vector<std::string>{".c.csv.mine", "c.csv"}));
+  EXPECT_EQ(folder.read("c.csv"), written);
 }
 
 TEST(CliInterrupt, RowsOnStdoutAreWhole) {
@@ -197,6 +221,22 @@ TEST_F(CliFailure, ARecordingOfFramesStaysAndOneOfNoneDoesNot) {
   const Outcome again = run("replay " + recording + " --in-process");
   EXPECT_EQ(again.code, 0) << again.out;
   EXPECT_THAT(again.out, HasSubstr("4 steps and 0 changes, 4 outcomes compared, all equal"));
+}
+
+TEST_F(CliFailure, AFileThatMayNotBeWrittenIsNotReplaced) {
+  const std::string file = folder_.write("out/c.csv", "mine\n");
+  fs::permissions(folder_.path(), fs::perms::all);
+  fs::permissions(out(), fs::perms::all);
+  fs::permissions(file, fs::perms::owner_read | fs::perms::group_read | fs::perms::others_read);
+  // Whoever may write everything is somebody else for this.
+  const std::string as = ::geteuid() == 0 ? "setpriv --reuid=65534 --clear-groups " : "";
+  const Outcome outcome =
+      test::run_command(as + WARMFRONT_BINARY +
+                        " detect 'builtin:cloth-ball?triangles=1000&frames=3' --contacts " + file + " 2>&1");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.out, HasSubstr(file + ": cannot write: Permission denied"));
+  EXPECT_EQ(folder_.read("out/c.csv"), "mine\n");
+  EXPECT_EQ(names_in(out()), std::vector<std::string>{"c.csv"});
 }
 
 TEST_F(CliFailure, PermissionsOfWhatIsReplacedStay) {

@@ -40,13 +40,29 @@ TEST(TraceContext, IsReadAsW3CSays) {
   EXPECT_EQ(context->parent[7], 0x31);
   EXPECT_FALSE(TraceContext::parse(kNotSampled)->sampled);
   for (const std::string wrong : {"", "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331",
-                                  "01-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01",
+                                  "ff-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01",
+                                  "0x-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01",
+                                  "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01-more",
+                                  "01-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01more",
+                                  "01-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01-mo re",
                                   "00-0AF7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01",
                                   "00-00000000000000000000000000000000-b7ad6b7169203331-01",
                                   "00-0af7651916cd43dd8448eb211c80319c-0000000000000000-01",
                                   "00-0af7651916cd43dd8448eb211c80319cxb7ad6b7169203331-01",
                                   "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01 "})
     EXPECT_FALSE(TraceContext::parse(wrong)) << wrong;
+}
+
+TEST(TraceContext, OfALaterVersionIsReadAsFarAsItIsKnown) {
+  for (const std::string later :
+       {"01-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01",
+        "cc-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-03-what-the-future-is"}) {
+    const auto context = TraceContext::parse(later);
+    ASSERT_TRUE(context) << later;
+    EXPECT_TRUE(context->sampled);
+    EXPECT_EQ(context->trace, TraceContext::parse(kSampled)->trace);
+    EXPECT_EQ(context->parent, TraceContext::parse(kSampled)->parent);
+  }
 }
 
 TEST(HttpTarget, IsAnAddressOfPlainHttp) {

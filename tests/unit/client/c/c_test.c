@@ -220,23 +220,42 @@ static void test_shorter_structs(void) {
   CHECK(wf_step(session, &there, &question, &answer, offsetof(wf_answer, kind)) == WF_OK);
   CHECK(answer.rows == 3 && memcmp(&answer.kind, "\x5a\x5a\x5a\x5a", 4) == 0 && memcmp(&answer.ms, "\x5a\x5a\x5a\x5a", 4) == 0);
   wf_free(session);
-  /* And an array of bodies that are longer than this library's. */
+}
+
+/* Of a program that was built with a later, longer struct: what this library does not know is 0, or refused. */
+static void test_longer_structs(void) {
+  const wf_frame there = to(after);
+  wf_answer answer;
   struct {
     wf_body body;
     double more[3];
   } longer[2];
-  memset(longer, 0, sizeof longer);
+  memset(longer, 0x5a, sizeof longer);
   for (int b = 0; b < 2; ++b) {
-    wf_body_init(&longer[b].body, sizeof longer[b].body);
-    longer[b].body.size = sizeof longer[b];
+    wf_body_init(&longer[b].body, sizeof longer[b]);
+    CHECK(longer[b].body.size == sizeof longer[b] && longer[b].more[0] == 0 && longer[b].more[2] == 0);
     longer[b].body.vertex_count = 3;
   }
   wf_scene two = triangles();
   two.bodies = &longer[0].body;
   two.body_count = 2;
-  session = created(&two, NULL);
+  wf_session* session = created(&two, NULL);
   CHECK(wf_step(session, &there, NULL, &answer, sizeof answer) == WF_OK && answer.rows == 3);
+  struct {
+    wf_answer answer;
+    double more;
+  } more;
+  memset(&more, 0x5a, sizeof more);
+  CHECK(wf_proximity(session, 3, NULL, &more.answer, sizeof more) == WF_OK && more.answer.rows > 0 &&
+        more.more == 0);
   wf_free(session);
+
+  longer[1].more[2] = 1;
+  REFUSED(wf_create(&two, NULL, &session), WF_UNIMPLEMENTED, "bodies[1]: body: what is behind the");
+  longer[1].more[2] = 0;
+  longer[1].body.size = (size_t)-1;
+  REFUSED(wf_create(&two, NULL, &session), WF_INVALID_ARGUMENT,
+          "bodies[1]: body.size: is 18446744073709551615; initialize");
 }
 
 int main(void) {
@@ -246,5 +265,6 @@ int main(void) {
   test_float32();
   test_refusals();
   test_shorter_structs();
+  test_longer_structs();
   return all_right();
 }

@@ -51,7 +51,14 @@ def test_of_a_client_and_of_a_session(traced):
     assert frames[1][2]["code"] == 2 and "vertex 1 is named twice" in frames[1][2]["message"]
 
 
-@pytest.mark.parametrize("wrong", ["mine", OURS.upper(), OURS[:-1], OURS + "-x", OURS.replace("b7ad6b7169203331", "0" * 16), 7])
+@pytest.mark.parametrize("later", ["01" + OURS[2:], "cc" + OURS[2:] + "-what-the-future-is"])
+def test_a_later_version_is_sent_as_it_is(client, later):
+    with client.session(BEFORE, FACES, traceparent=later) as session:
+        session.step(BEFORE)
+
+
+@pytest.mark.parametrize("wrong", ["mine", OURS.upper(), OURS[:-1], OURS + "-x", OURS.replace("b7ad6b7169203331", "0" * 16),
+                                   "ff" + OURS[2:], "01" + OURS[2:] + "x", "01" + OURS[2:] + "-\n", 7])
 def test_what_is_none_is_refused(client, wrong):
     message = "traceparent .*: 00-TRACE-SPAN-FLAGS of W3C Trace Context is expected"
     with pytest.raises(warmfront.InvalidArgumentError, match=message):
