@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/parallel/fork_join.h"
+#include "engine/parallel/large_pages.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -84,6 +85,7 @@ void reserve(std::vector<T>& list, std::size_t size, StopSignal stop) {
   if (size <= list.capacity()) return;
   std::vector<T> roomier;
   roomier.reserve(size);
+  prefer_large_pages(roomier.data(), size * sizeof(T));
   append(roomier, std::span<const T>(list), stop);
   list = std::move(roomier);
 }

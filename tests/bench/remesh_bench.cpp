@@ -234,5 +234,9 @@ int main(int count, char** values) {
   int* const fields[] = {&settings.side, &settings.tiles, &settings.frames, &settings.threads,
                          &settings.changes};
   for (int i = 1; i < count && i <= 5; ++i) *fields[i - 1] = std::atoi(values[i]);
+  if (settings.frames <= 10) {
+    std::fprintf(stderr, "remesh_bench: FRAMES: 11 at least, every tenth is compared with a session made anew\n");
+    return 3;
+  }
   return warmfront::testing::run(settings);
 }

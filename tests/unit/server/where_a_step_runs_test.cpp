@@ -71,6 +71,14 @@ class WhereAStepRunsTest : public ::testing::Test {
     return ran == std::this_thread::get_id();
   }
   bool stays(Made& made) { return stays(made, ++made.steps); }
+  /// Whether one of the next steps does. A step of which others took the core, or that an instrumented build
+  /// made slow, is taken for a long one, and so is the next.
+  bool stays_soon(Made& made) {
+    constexpr int kMany = 20;
+    for (int i = 0; i < kMany; ++i)
+      if (stays(made)) return true;
+    return false;
+  }
   /// A request's answer comes before its job has ended; until then the next one would wait for it.
   void settle() {
     for (const Lane lane : {Lane::kShort, Lane::kLong}) {
@@ -159,11 +167,10 @@ TEST_F(WhereAStepRunsTest, OnAWorkerWhenASecondColliderMakesItLong) {
   ColliderOptions options;
   Made alone = make(grids, true, options);
   EXPECT_FALSE(stays(alone));
-  EXPECT_TRUE(stays(alone));
+  EXPECT_TRUE(stays_soon(alone));
   options.explain = true;
   Made explained = make(grids, true, options);
-  EXPECT_FALSE(stays(explained));
-  EXPECT_FALSE(stays(explained));
+  EXPECT_FALSE(stays_soon(explained));
 }
 
 TEST_F(WhereAStepRunsTest, OnTheCallersThreadEvenIfTheRecordingDiskHangs) {
