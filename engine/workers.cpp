@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cfenv>
 #include <chrono>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -124,6 +125,11 @@ Workers::OneThread::~OneThread() {
 
 int Workers::threads() const {
   return alone > 0 ? 1 : impl_->threads;
+}
+
+void Workers::rouse() noexcept try {
+  if (threads() > 1) own_arena(threads()).arena.enqueue([] {});
+} catch (const std::exception&) {  // no memory: they are woken up by the work
 }
 
 void Workers::run(const std::function<void()>& work) {

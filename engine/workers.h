@@ -30,6 +30,11 @@ class Workers {
   /// Runs `work` inside the calling thread's arena and returns when it is done; exceptions pass through.
   void run(const std::function<void()>& work);
 
+  /// Has threads that help the calling one wake up ahead of its next run(), of which they may miss the
+  /// beginning otherwise: for a caller that has something else to do before. They soon sleep again without
+  /// work.
+  void rouse() noexcept;
+
   /// For the calling thread, before its first run(): while the flag is set, it, and oneTBB's threads that
   /// help in its calls, offer their core to others once a millisecond, at a look at the stop flag. Those that
   /// help have the process's priority, whatever this thread's own: so a caller that has stepped back really

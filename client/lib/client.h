@@ -46,6 +46,10 @@ struct ClientOptions {
   /// through it, with the same bits, and the daemon charges it to the session. Otherwise, and where there is
   /// none, all goes by the socket.
   bool shared_memory = true;
+  /// There, a daemon that sleeps is told of a frame before its positions are written, and wakes up meanwhile,
+  /// where these have so many bytes or more: fewer are written in less time than one more message takes. Not
+  /// while answers are awaited.
+  std::size_t early_frame_bytes = std::size_t{128} << 10;
   /// The caller's span, as the `traceparent` of W3C Trace Context says it: the daemon's spans of frames,
   /// where it exports traces, are below it, if its flag says that it is sampled. Sent with every call. Empty:
   /// none.

@@ -34,22 +34,34 @@ class FrameWriter::Messages {
   Stopwatch encoding_;
 };
 
-namespace {
-
-/// Goes with the first message of a frame.
-std::optional<v1::Question> question_of(const SentFrame& frame) {
-  if (frame.question == Question()) return std::nullopt;
+std::optional<v1::Question> FrameWriter::question_of(const SentFrame& frame) const {
+  if (frame.question == Question() || stream_.begun() == frame.number) return std::nullopt;
   return to_proto(frame.question);
 }
 
-}  // namespace
+bool FrameWriter::begin(std::uint64_t number, const Question& question) {
+  v1::StreamStepsRequest request;
+  v1::StepFrame& step = *request.mutable_step();
+  step.set_frame(number);
+  step.set_more(true);
+  if (question != Question()) *step.mutable_question() = to_proto(question);
+  if (stream_.write(serialize(request), timeout_) != StepStream::Event::kDone) return false;
+  stream_.begun(number);
+  return true;
+}
 
 bool FrameWriter::write(SentFrame& frame) {
   Messages messages(*this, frame);
   frame.answer_room.reset();
-  if (frame.commit) return write_commit(messages);
-  if (const auto offset = frame.positions.offset_in(stream_.region())) return write_shared(messages, *offset);
-  return frame.moved ? write_moved(messages) : write_positions(messages);
+  bool written = false;
+  if (frame.commit)
+    written = write_commit(messages);
+  else if (const auto offset = frame.positions.offset_in(stream_.region()))
+    written = write_shared(messages, *offset);
+  else
+    written = frame.moved ? write_moved(messages) : write_positions(messages);
+  stream_.begun(std::nullopt);
+  return written;
 }
 
 bool FrameWriter::write_commit(Messages& to) {

@@ -20,6 +20,9 @@ class FrameWriter {
               std::size_t answer_bytes)
       : stream_(stream), chunk_bytes_(chunk_bytes), timeout_(timeout), answer_bytes_(answer_bytes) {}
 
+  /// Writes a first message of a frame whose positions are to follow: a daemon that wakes up meanwhile is
+  /// there when they are. False where it was not taken.
+  bool begin(std::uint64_t number, const Question& question);
   /// Writes all messages of the frame, and adds what they cost to it. False when the stream took one of them
   /// no more.
   bool write(SentFrame& frame);
@@ -27,6 +30,8 @@ class FrameWriter {
  private:
   class Messages;
 
+  /// Goes with the first message of a frame.
+  std::optional<v1::Question> question_of(const SentFrame& frame) const;
   void give_room(SentFrame& frame, v1::StepFrame& step);
   bool write_shared(Messages& to, std::uint64_t offset);
   bool write_commit(Messages& to);

@@ -11,8 +11,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <thread>
 #include <utility>
 
@@ -25,20 +27,20 @@ using WallClock = std::chrono::system_clock;
 
 constexpr std::chrono::seconds kBinding{2};
 
-/// How long an answer is waited for without sleeping: as long as short steps take. In vain so often in a row,
-/// as a power of two, it is tried only every so many times.
-constexpr std::chrono::microseconds kSpin{200};
-constexpr std::uint32_t kMostMissed = 6;
-
 /// Until there is something, or until then; a negative number of an error.
 int wait_for(int socket, short events, PacketChannel::Deadline until) {
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - WallClock::now());
-  constexpr auto kMost = std::chrono::milliseconds(std::chrono::hours(1));
+  using std::chrono::nanoseconds;
+  constexpr nanoseconds kMost = std::chrono::hours(1);
+  const auto left = std::clamp<nanoseconds>(until - WallClock::now(), nanoseconds(0), kMost);
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
+  const timespec time{static_cast<time_t>(seconds.count()), static_cast<long>((left - seconds).count())};
   pollfd one{socket, events, 0};
-  const int ready =
-      ::poll(&one, 1, static_cast<int>(std::clamp(left, std::chrono::milliseconds(0), kMost).count()));
+  const int ready = ::ppoll(&one, 1, &time, nullptr);
   return ready < 0 && errno == EINTR ? 0 : ready;
 }
+
+/// Threads of this process that wait without sleeping: one core is left to whoever computes.
+std::atomic<unsigned> spinning{0};
 
 }  // namespace
 
@@ -79,7 +81,7 @@ bool PacketChannel::take_memory(const v1::SharedMemoryRequest& request) {
   if (send({bytes}, deadline) != Event::kDone) return false;
   int file = -1;
   ssize_t length = 0;
-  while ((length = receive_now(&file)) < 0 && errno == EAGAIN)
+  while ((length = receive_now(&file)) < 0)
     if (wait_for(socket_, POLLIN, deadline) < 0 || WallClock::now() >= deadline) return false;
   v1::StreamStepsResponse response;
   if (length > 0 && file >= 0 && response.ParseFromArray(packet_.data(), static_cast<int>(length)) &&
@@ -123,57 +125,63 @@ ssize_t PacketChannel::receive_now(int* file) {
       message.msg_controllen = control.size();
     }
     const ssize_t length = ::recvmsg(socket_, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+    if (length < 0 && errno == EAGAIN) return kNothing;
     // Closed by the daemon with something unread; what it sent before comes next.
     if (length < 0 && (errno == EINTR || errno == ECONNRESET)) continue;
     const cmsghdr* header = file == nullptr || length < 0 ? nullptr : CMSG_FIRSTHDR(&message);
     if (header != nullptr && header->cmsg_level == SOL_SOCKET && header->cmsg_type == SCM_RIGHTS)
       std::memcpy(file, CMSG_DATA(header), sizeof *file);
-    return length;
+    return std::max<ssize_t>(length, 0);
   }
 }
 
-// Is there a packet, or the end of them? errno is EAGAIN where not.
-bool PacketChannel::spin() {
-  static const bool one_core = std::thread::hardware_concurrency() < 2;
-  if (one_core) return false;
-  if (skip_ > 0) {
-    --skip_;
-    return false;
+ssize_t PacketChannel::spin(std::chrono::steady_clock::time_point until) {
+  static const unsigned cores = std::thread::hardware_concurrency();
+  ssize_t length = receive_now();
+  if (spinning.fetch_add(1, std::memory_order_relaxed) + 1 < cores) {
+    while (length < 0 && std::chrono::steady_clock::now() < until) {
+      ::sched_yield();  // whoever else wants this core has it
+      length = receive_now();
+    }
   }
-  const auto until = std::chrono::steady_clock::now() + kSpin;
-  ssize_t length = 0;
-  do {
-    ::sched_yield();  // whoever else wants this core has it
-    length = receive_now();
-  } while (length < 0 && errno == EAGAIN && std::chrono::steady_clock::now() < until);
-  if (length < 0 && errno == EAGAIN) {
-    missed_ = std::min(missed_ + 1, kMostMissed);
-    skip_ = (std::uint32_t{1} << missed_) - 1;
-    return false;
+  spinning.fetch_sub(1, std::memory_order_relaxed);
+  return length;
+}
+
+ssize_t PacketChannel::await(Deadline deadline, const Look& look) {
+  using std::chrono::steady_clock;
+  const auto began = steady_clock::now();
+  const auto at = [&](SpinForecast::Time time) {
+    return began + std::chrono::duration_cast<steady_clock::duration>(time);
+  };
+  std::optional<SpinForecast::Window> window = forecast_.next();
+  bool spun = !window;
+  Deadline until = look ? std::min(deadline, look()) : deadline;  // it may end the waiting
+  for (;;) {
+    const auto now = steady_clock::now();
+    const bool spins = !spun && now >= at(window->begin);
+    spun = spun || spins;
+    const ssize_t length = spins ? spin(at(window->end)) : receive_now();
+    if (length >= 0) {
+      forecast_.came(steady_clock::now() - began, window);
+      return length;
+    }
+    const Deadline wall = WallClock::now();
+    if (wall >= deadline) return kNothing;
+    if (look && wall >= until) until = std::min(deadline, look());
+    const Deadline next =
+        spun ? until
+             : std::min(until, wall + std::chrono::ceil<WallClock::duration>(at(window->begin) - now));
+    if (wait_for(socket_, POLLIN, next) < 0) return 0;
   }
-  missed_ = 0;
-  length_ = length > 0 ? static_cast<std::size_t>(length) : 0;
-  return true;
 }
 
 PacketChannel::Event PacketChannel::receive(v1::StreamStepsResponse& response, Deadline deadline,
                                             const Look& look) {
   ssize_t length = receive_now();
-  if (length < 0 && errno == EAGAIN) {
-    if (look) look();  // it may end the waiting
-    if (spin()) {
-      length = static_cast<ssize_t>(length_);
-    } else {
-      for (;;) {
-        length = receive_now();
-        if (length >= 0 || errno != EAGAIN) break;
-        const Deadline now = WallClock::now();
-        if (now >= deadline) return Event::kTimeout;
-        if (wait_for(socket_, POLLIN, look ? std::min(deadline, look()) : deadline) < 0) return Event::kEnded;
-      }
-    }
-  }
-  if (length <= 0 || !response.ParseFromArray(packet_.data(), static_cast<int>(length))) return Event::kEnded;
+  if (length == kNothing) length = await(deadline, look);
+  if (length == kNothing) return Event::kTimeout;
+  if (length == 0 || !response.ParseFromArray(packet_.data(), static_cast<int>(length))) return Event::kEnded;
   return Event::kDone;
 }
 

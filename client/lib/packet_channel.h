@@ -12,6 +12,7 @@
 
 #include "client/lib/look.h"
 #include "client/lib/shared_region.h"
+#include "client/lib/spin_forecast.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::client {
@@ -43,15 +44,19 @@ class PacketChannel {
  private:
   explicit PacketChannel(int socket) : socket_(socket) {}
   bool take_memory(const v1::SharedMemoryRequest& request);
+  static constexpr ssize_t kNothing = -1;
+  /// The length of the next packet, where it has come; 0: the end of them, or an error.
   ssize_t receive_now(int* file = nullptr);
-  bool spin();
+  /// Waits for it until the deadline.
+  ssize_t await(Deadline deadline, const Look& look);
+  /// The same, without sleeping.
+  ssize_t spin(std::chrono::steady_clock::time_point until);
 
   const int socket_;
   std::shared_ptr<SharedRegion> region_;
   bool refused_ = false;
-  std::uint32_t missed_ = 0, skip_ = 0;  // waiting without sleeping, in vain
+  SpinForecast forecast_;
   std::vector<char> packet_;
-  std::size_t length_ = 0;
 };
 
 }  // namespace warmfront::client

@@ -92,6 +92,11 @@ Status SceneState::check_index(std::uint32_t index) const {
                           std::to_string(scene_.bodies.size()) + ")");
 }
 
+bool SceneState::gives_all(const Frame& frame) const {
+  return frame.positions && frame.bodies.empty() && frame.poses.empty() && frame.vertices.empty() &&
+         check_kind(*frame.positions, scene_.vertex_count, "positions").ok();
+}
+
 Result<SentFrame> SceneState::encode(const Frame& frame, SharedRegion* region) const {
   SentFrame sent;
   if (frame.positions) {

@@ -37,6 +37,8 @@ class SceneState {
   /// Writes the scene's description, except faces, edges, positions and arrays of filters, into the header.
   void describe(v1::SessionHeader& header) const;
 
+  /// Is it a frame of all positions, of the session's type and number?
+  bool gives_all(const Frame& frame) const;
   /// A frame's bytes. kInvalidArgument for positions of another type or number than the session's, and for
   /// unknown bodies. All positions are put into the region, if there is one and it has room.
   Result<SentFrame> encode(const Frame& frame, SharedRegion* region = nullptr) const;

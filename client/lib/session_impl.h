@@ -84,6 +84,8 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   Status check_may_ask(const WaitOptions& wait) const;
   Result<std::uint64_t> encode_and_send(const Frame& frame, const Question& question,
                                         std::shared_ptr<PendingAnswer> asked);
+  /// Where the daemon is to wait for nothing else, tells it of the frame before its positions are written.
+  void begin_frame(const Frame& frame, const Question& question);
   Result<std::uint64_t> send_commit(double fraction, std::shared_ptr<PendingAnswer> asked);
   Result<std::uint64_t> send(SentFrame frame);
   /// The number of the next frame.

@@ -97,8 +97,16 @@ Result<std::uint64_t> Session::Impl::submit_commit(double fraction) {
 
 Result<std::uint64_t> Session::Impl::encode_and_send(const Frame& frame, const Question& question,
                                                      std::shared_ptr<PendingAnswer> asked) {
-  const Stopwatch encoding;
   enlarge_rooms();
+  // What has begun is to be followed by its rest, and by nothing else.
+  struct Begun {
+    ~Begun() {
+      if (session.stream_ && session.stream_->begun()) session.drop_stream();
+    }
+    Impl& session;
+  } const begun{*this};
+  begin_frame(frame, question);
+  const Stopwatch encoding;
   Result<SentFrame> sent = state_.encode(frame, stream_ ? stream_->region() : nullptr);
   if (!sent) {
     may_commit_ = false;  // as after any motion that fails
@@ -111,6 +119,15 @@ Result<std::uint64_t> Session::Impl::encode_and_send(const Frame& frame, const Q
   Result<std::uint64_t> number = send(std::move(sent).value());
   if (number && moves) may_commit_ = !question.counts();
   return number;
+}
+
+void Session::Impl::begin_frame(const Frame& frame, const Question& question) {
+  if (!attached_.shared_memory().early_frames() || !stream_ || stream_->region() == nullptr ||
+      !unanswered_.empty() || !writable_ || frame_failed_ || !known_ ||
+      state_.positions().size() < connection_->options().early_frame_bytes || !state_.gives_all(frame))
+    return;
+  FrameWriter(*stream_, chunk_bytes_, connection_->options().answer_timeout, room_)
+      .begin(next_number(), question);
 }
 
 Result<std::uint64_t> Session::Impl::send_commit(double fraction, std::shared_ptr<PendingAnswer> asked) {

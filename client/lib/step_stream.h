@@ -8,6 +8,7 @@
 #include <chrono>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "client/lib/connection.h"
@@ -53,6 +54,9 @@ class StepStream {
   void ask_for_memory(std::uint64_t bytes) {
     if (packets_) packets_->ask_for(bytes);
   }
+  /// The frame of which a first message without positions was written; its next is the last then.
+  void begun(std::optional<std::uint64_t> frame) { begun_ = frame; }
+  std::optional<std::uint64_t> begun() const { return begun_; }
   /// Is nothing half done but a read, which the next read() goes on with?
   bool whole() const { return whole_; }
   /// After kEnded: how the call ended. UNAVAILABLE if the status does not arrive in time.
@@ -84,6 +88,7 @@ class StepStream {
   bool reading_ = false;                   // a read is in progress, or its completion not yet handled
   bool read_ended_ = false;
   bool whole_ = false;
+  std::optional<std::uint64_t> begun_;
   std::unique_ptr<PacketChannel> packets_;        // null: all goes by the stream
   bool on_stream_ = false;                        // the next message does
   std::deque<v1::StreamStepsResponse> received_;  // during writes; at most a window of answers

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "engine/motion/all_finite.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
@@ -16,15 +17,11 @@ Status check_positions(std::span<const Real> positions, std::uint32_t vertex_cou
                             std::to_string(expected) + " are expected (3 for each of " +
                             std::to_string(vertex_count) + " vertices)");
   }
-  // All at once first: a sum of zeros times values is zero, unless one is not finite.
-  std::array<Real, 16> sums{};
+  bool finite = true;
   in_pieces(0, expected, stop, [&](std::size_t at, std::size_t end) {
-    for (; at + sums.size() <= end; at += sums.size()) {
-      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += positions[at + k] * Real{0};
-    }
-    for (; at < end; ++at) sums[0] += positions[at] * Real{0};
+    finite = finite && all_finite(positions.data() + at, end - at);
   });
-  if (std::ranges::all_of(sums, [](Real sum) { return sum == 0; })) return {};
+  if (finite) return {};
   PacedStop paced(stop);
   for (std::size_t i = 0; i < expected; ++i) {
     paced.check();

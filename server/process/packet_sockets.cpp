@@ -23,6 +23,8 @@ namespace {
 /// How long a packet is waited for without sleeping: about what waking up takes, so that in vain it costs no
 /// more than it might have saved.
 constexpr std::chrono::microseconds kSpin{50};
+/// The same of the rest of a frame, whose client writes its positions meanwhile: of some 20 MB.
+constexpr std::chrono::microseconds kSpinForRest{500};
 /// In vain so often in a row, as a power of two, it is tried only every so many times.
 constexpr std::uint32_t kMostMissed = 8;
 
@@ -96,9 +98,10 @@ PacketConnection::Sent PacketConnection::send(std::span<const std::string_view> 
   }
 }
 
-void PacketConnection::want_packet() noexcept {
+void PacketConnection::want_packet(When when) noexcept {
   const MutexLock lock(mutex_);
   wanted_ |= kPacket;
+  when_ = when;
   if (!told_) arm_locked();
 }
 
@@ -222,9 +225,11 @@ void PacketSockets::tell(const std::shared_ptr<PacketConnection>& connection) no
   std::array<char, PacketConnection::kMostBytes + 1> room;
   for (bool waits = false;;) {
     std::uint32_t wanted = 0;
+    PacketConnection::When when{};
     {
       const MutexLock lock(connection->mutex_);
       wanted = connection->wanted_;
+      when = connection->when_;
       if (waits || wanted == 0) {
         connection->told_ = false;
         if (wanted != 0) connection->arm_locked();
@@ -240,7 +245,7 @@ void PacketSockets::tell(const std::shared_ptr<PacketConnection>& connection) no
       if ((connection->wanted_ & PacketConnection::kRoom) != 0) waits = true;
       continue;
     }
-    const ssize_t bytes = receive(*connection, room);
+    const ssize_t bytes = receive(*connection, when, room);
     if (bytes < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
       waits = true;
       continue;
@@ -262,7 +267,8 @@ void PacketSockets::tell(const std::shared_ptr<PacketConnection>& connection) no
   }
 }
 
-ssize_t PacketSockets::receive(PacketConnection& connection, std::span<char> room) noexcept {
+ssize_t PacketSockets::receive(PacketConnection& connection, PacketConnection::When when,
+                               std::span<char> room) noexcept {
   const auto now = [&] {
     ssize_t bytes = 0;
     do {
@@ -275,14 +281,16 @@ ssize_t PacketSockets::receive(PacketConnection& connection, std::span<char> roo
   if (bytes >= 0 || errno != EAGAIN) return bytes;
   static const bool one_core = std::thread::hardware_concurrency() < 2;
   if (one_core || !connection.known_) return bytes;
-  if (connection.skip_ > 0) {
-    --connection.skip_;
+  const bool soon = when == PacketConnection::When::kSoon;
+  PacketConnection::Patience& patience = connection.patience_[soon ? 1 : 0];
+  if (patience.skip > 0) {
+    --patience.skip;
     errno = EAGAIN;
     return -1;
   }
   // Another thread stays for the other connections.
   if (spinning_.fetch_add(1, std::memory_order_relaxed) < threads_count_ - 1) {
-    const auto until = std::chrono::steady_clock::now() + kSpin;
+    const auto until = std::chrono::steady_clock::now() + (soon ? kSpinForRest : kSpin);
     do {
       ::sched_yield();  // whoever else wants this core has it
       bytes = now();
@@ -291,10 +299,10 @@ ssize_t PacketSockets::receive(PacketConnection& connection, std::span<char> roo
   const int error = errno;
   spinning_.fetch_sub(1, std::memory_order_relaxed);
   if (bytes >= 0) {
-    connection.missed_ = 0;
+    patience.missed = 0;
   } else {
-    connection.missed_ = std::min(connection.missed_ + 1, kMostMissed);
-    connection.skip_ = (std::uint32_t{1} << connection.missed_) - 1;
+    patience.missed = std::min(patience.missed + 1, kMostMissed);
+    patience.skip = (std::uint32_t{1} << patience.missed) - 1;
   }
   errno = error;
   return bytes;

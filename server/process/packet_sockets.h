@@ -43,9 +43,11 @@ class PacketConnection : public std::enable_shared_from_this<PacketConnection> {
 
   /// One packet, with a file's descriptor unless it is -1. Does not wait.
   Sent send(std::span<const std::string_view> pieces, int file = -1) noexcept;
+  /// When a packet will come: soon of what has begun, or at some time later.
+  enum class When : std::uint8_t { kLater, kSoon };
   /// The next packet is wanted: one is told, then no other until this is called again. In what is told of a
   /// packet it costs nothing.
-  void want_packet() noexcept;
+  void want_packet(When when = When::kLater) noexcept;
   /// Ends it; what was sent can still be received by the other end.
   void shut() noexcept;
 
@@ -62,12 +64,16 @@ class PacketConnection : public std::enable_shared_from_this<PacketConnection> {
 
   Mutex mutex_;
   std::uint32_t wanted_ WARMFRONT_GUARDED_BY(mutex_) = 0;
+  When when_ WARMFRONT_GUARDED_BY(mutex_) = When::kLater;  // of a packet that is wanted
   bool told_ WARMFRONT_GUARDED_BY(mutex_) = false;  // a thread is telling of it, and looks at wanted_ then
 
   // Of the thread that tells.
   std::weak_ptr<PacketReader> reader_;  // once it stays
-  std::uint32_t missed_ = 0;  // times in a row that no packet came while it was waited for without sleeping
-  std::uint32_t skip_ = 0;    // times more that it is not tried
+  struct Patience {
+    std::uint32_t missed = 0;  // times in a row that no packet came while it was waited for without sleeping
+    std::uint32_t skip = 0;    // times more that it is not tried
+  };
+  std::array<Patience, 2> patience_;  // by when a packet will come
 };
 
 /// Told of connections; of one by one thread at a time.
@@ -112,7 +118,7 @@ class PacketSockets {
   void accept_from(int listener) noexcept;
   void tell(const std::shared_ptr<PacketConnection>& connection) noexcept;
   /// Of the next packet, with or without sleeping a little: as recv(2).
-  ssize_t receive(PacketConnection& connection, std::span<char> room) noexcept;
+  ssize_t receive(PacketConnection& connection, PacketConnection::When when, std::span<char> room) noexcept;
   /// Who is told of it; null where there is nobody any more.
   std::shared_ptr<PacketReader> reader_of(const PacketConnection& connection);
   void forget(const std::shared_ptr<PacketConnection>& connection) noexcept;

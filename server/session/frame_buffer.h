@@ -52,6 +52,8 @@ class FrameBuffer {
 
   /// Takes what arrived into the digest, once complete.
   void add_to(StateDigest& digest) const;
+  /// Has anything arrived?
+  bool has_begun() const { return whole_ || moved_; }
   /// The bytes that arrived.
   std::size_t bytes() const { return whole_ ? positions_.expected_bytes() : received_; }
   /// The most bytes that the frame may have.

@@ -4,8 +4,6 @@
 
 #include <utility>
 
-#include "server/session/step_cost.h"
-
 namespace warmfront::server {
 
 Mailbox::Entry Mailbox::prepare(Job job, Kind kind) {

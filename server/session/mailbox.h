@@ -14,6 +14,7 @@
 
 #include "server/annotations.h"
 #include "server/session/runner.h"
+#include "server/session/step_cost.h"
 
 namespace warmfront::server {
 
@@ -60,6 +61,12 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   void run_or_post(Entry step, Here here = Here::kBrief) noexcept;
   void run_or_post(Job step, Here here = Here::kBrief) {
     run_or_post(prepare(std::move(step), Kind::kStep), here);
+  }
+
+  /// Would a step run here with Here::kShort, as far as is foreseen, and is it more than brief?
+  bool takes_a_short_step_here() const {
+    const double ms = ms_.load(std::memory_order_relaxed);
+    return ms != kUnforeseen && !is_brief(ms) && lane_.load(std::memory_order_relaxed) == Lane::kShort;
   }
 
   static constexpr double kUnforeseen = std::numeric_limits<double>::infinity();

@@ -2,7 +2,6 @@
 // Positions from bytes. Thread safety as stated in the header.
 #include "server/session/position_buffer.h"
 
-#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <type_traits>
@@ -11,13 +10,6 @@ namespace warmfront::server {
 
 static_assert(std::endian::native == std::endian::little,
               "the wire is little-endian and bytes are copied as they are");
-
-namespace {
-
-// What is copied is hashed before it leaves a core's nearest cache; a whole number of the hash's blocks.
-constexpr std::size_t kInNearCache = 8192;
-
-}  // namespace
 
 PositionBuffer::PositionBuffer(Dtype dtype, std::uint32_t vertex_count)
     : expected_(std::size_t{3} * vertex_count * size_of(dtype)) {
@@ -52,14 +44,10 @@ Status PositionBuffer::append(std::span<const std::string_view> pieces) {
         constexpr std::size_t kSize = sizeof(values[0]);
         values.resize((received_ + size + kSize - 1) / kSize);
         char* to = reinterpret_cast<char*>(values.data()) + received_;
-        for (std::string_view piece : pieces)
-          for (; !piece.empty(); piece.remove_prefix(std::min(piece.size(), kInNearCache))) {
-            // The copy is hashed: a client may still change what is in memory that it shares.
-            const std::string_view part = piece.substr(0, kInNearCache);
-            char* const end = std::ranges::copy(part, to).out;
-            hash_.add({to, end});
-            to = end;
-          }
+        for (const std::string_view piece : pieces) {
+          hash_.copy(piece, to);
+          to += piece.size();
+        }
       },
       memory_.values_);
   received_ += size;

@@ -52,7 +52,7 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
     if (!scene) return fault_from(scene.error());
     auto shared = std::make_shared<const Scene>(std::move(scene).value());
     Result<Collider> collider =
-        Collider::create(shared, positions.view(), spec.options, std::move(host.workers), host.given_up);
+        Collider::create(shared, positions.view(), spec.options, host.workers, host.given_up);
     if (!collider) return fault_from(collider.error(), {}, kAdjacentFaces);
     if (Status placed = collider.value().place(spec.poses, host.given_up); !placed)
       return fault_from(placed.error());
@@ -78,6 +78,7 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
       lost_(std::move(host.lost)),
       rebuilt_(std::move(host.rebuilt)),
       runner_(host.runner),
+      workers_(std::move(host.workers)),
       limits_(host.limits),
       tenant_(std::move(host.tenant)),
       mailbox_(std::make_shared<Mailbox>(

@@ -109,6 +109,9 @@ class Session : public std::enable_shared_from_this<Session> {
     kHere,     ///< the same, and the caller's thread has time for a short step (Mailbox::Here::kShort)
   };
 
+  /// A frame is about to be submitted with kHere by the calling thread, which has its positions to copy
+  /// before: threads that will help in a step of some length wake up meanwhile.
+  void expect_step() const noexcept;
   /// Carries the frame out by the rule of step.proto: a step, another question, or a commit. Its observer is
   /// told the answer exactly once: on a runner's thread, or before this returns: for a frame that is refused
   /// with RESOURCE_EXHAUSTED, and for a brief step (step_cost.h) with kAlways, which the calling thread
@@ -224,6 +227,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const Lost lost_;
   const Rebuilt rebuilt_;
   Runner& runner_;
+  const std::shared_ptr<Workers> workers_;
   const Limits& limits_;
   const std::shared_ptr<Tenant> tenant_;  // may be null
   const std::shared_ptr<Mailbox> mailbox_;

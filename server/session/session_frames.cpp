@@ -13,6 +13,10 @@
 
 namespace warmfront::server {
 
+void Session::expect_step() const noexcept {
+  if (workers_ && runner_.busy() == 0 && mailbox_->takes_a_short_step_here()) workers_->rouse();
+}
+
 void Session::submit(AdmittedFrame given, Admission admission) {
   if (const FrameQuestion* question = given.question()) given.pass.hold(question->contents.memory_bytes());
   // Shared, because a std::function must be copyable, and the frame is answered on whichever of two paths is

@@ -8,8 +8,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstring>
+
+#include "engine/simd/target_clones.h"
 
 namespace warmfront::server {
 namespace {
@@ -18,7 +21,7 @@ namespace {
 constexpr std::uint64_t kSpread = 0xd6e8a3b5719c4f2d;
 constexpr std::uint64_t kMix = 0xa24b1c9f3e7d5863;
 
-std::uint64_t step(std::uint64_t lane, std::uint64_t word) {
+WARMFRONT_INLINE std::uint64_t step(std::uint64_t lane, std::uint64_t word) {
   return std::rotl(lane ^ (word * kSpread), 29) * kMix;
 }
 
@@ -29,10 +32,40 @@ std::uint64_t scatter(std::uint64_t value) {
   return value ^ (value >> 32);
 }
 
-std::uint64_t word_at(const char* bytes) {
+WARMFRONT_INLINE std::uint64_t word_at(const char* bytes) {
   std::uint64_t word;
   std::memcpy(&word, bytes, sizeof word);
   return word;
+}
+
+constexpr std::size_t kLanes = 8;
+constexpr std::size_t kBlock = kLanes * sizeof(std::uint64_t);
+using Lanes = std::array<std::uint64_t, kLanes>;
+
+WARMFRONT_INLINE void add_block(Lanes& lanes, const char* block) {
+  for (std::size_t lane = 0; lane < kLanes; ++lane)
+    lanes[lane] = step(lanes[lane], word_at(block + lane * sizeof(std::uint64_t)));
+}
+
+WARMFRONT_LONG_PRODUCT_CLONES
+void add_blocks(Lanes& lanes, const char* at, std::size_t count) {
+  Lanes local = lanes;  // in registers
+  for (; count > 0; --count, at += kBlock) add_block(local, at);
+  lanes = local;
+}
+
+// Block by block, so that the processor hashes some while it waits for the next: a client's last writes are
+// in another core's cache. The fence keeps the compiler from hashing what it would read from there a second
+// time.
+WARMFRONT_LONG_PRODUCT_CLONES
+void copy_blocks(Lanes& lanes, const char* from, char* to, std::size_t count) {
+  Lanes local = lanes;
+  for (; count > 0; --count, from += kBlock, to += kBlock) {
+    std::memcpy(to, from, kBlock);
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    add_block(local, to);
+  }
+  lanes = local;
 }
 
 }  // namespace
@@ -50,14 +83,6 @@ ContentHash::ContentHash() {
   for (std::size_t lane = 0; lane < kLanes; ++lane) lanes_[lane] = scatter((lane + 1) * kMix);
 }
 
-void ContentHash::add_blocks(Lanes& lanes, const char* at, std::size_t count) {
-  Lanes local = lanes;  // in registers
-  for (; count > 0; --count, at += kBlock)
-    for (std::size_t lane = 0; lane < kLanes; ++lane)
-      local[lane] = step(local[lane], word_at(at + lane * sizeof(std::uint64_t)));
-  lanes = local;
-}
-
 void ContentHash::add(std::string_view piece) {
   const std::size_t begun = bytes_ % kBlock;
   bytes_ += piece.size();
@@ -70,6 +95,25 @@ void ContentHash::add(std::string_view piece) {
   }
   add_blocks(lanes_, piece.data(), piece.size() / kBlock);
   std::ranges::copy(piece.substr(piece.size() - piece.size() % kBlock), begun_.begin());
+}
+
+void ContentHash::copy(std::string_view piece, char* to) {
+  const auto copy_some = [&](std::size_t count) {
+    std::memcpy(to, piece.data(), count);
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    add({to, count});
+    to += count;
+    piece.remove_prefix(count);
+  };
+  // The rest of a block that has begun, whole blocks, and the beginning of the next.
+  if (const std::size_t begun = bytes_ % kBlock; begun > 0) copy_some(std::min(kBlock - begun, piece.size()));
+  if (piece.empty()) return;
+  const std::size_t blocks = piece.size() / kBlock;
+  copy_blocks(lanes_, piece.data(), to, blocks);
+  bytes_ += blocks * kBlock;
+  to += blocks * kBlock;
+  piece.remove_prefix(blocks * kBlock);
+  copy_some(piece.size());
 }
 
 ContentHash::Lanes ContentHash::ended() const {

@@ -31,13 +31,16 @@ struct Standing {
 inline constexpr std::uint64_t kDigestOfChange = 2;
 inline constexpr std::uint64_t kDigestOfCommit = 3;
 
-/// A hash of bytes that come in pieces: the same for the same bytes, however they were cut. It is taken while
-/// they are in a near cache, as they are copied; what they are added to may be known later.
+/// A hash of bytes that come in pieces: the same for the same bytes, however they were cut. It is taken as
+/// they are copied, which hides it behind the reading; what they are added to may be known later.
 class ContentHash {
  public:
   ContentHash();
 
   void add(std::string_view piece);
+  /// Copies a piece, and takes in the copy: who still writes to the piece cannot tell the two apart. Each
+  /// byte is read once. `to` has room for it, apart from it.
+  void copy(std::string_view piece, char* to);
 
  private:
   friend class StateDigest;
@@ -45,7 +48,6 @@ class ContentHash {
   static constexpr std::size_t kBlock = kLanes * sizeof(std::uint64_t);
   using Lanes = std::array<std::uint64_t, kLanes>;
 
-  static void add_blocks(Lanes& lanes, const char* at, std::size_t count);
   Lanes ended() const;
 
   Lanes lanes_;

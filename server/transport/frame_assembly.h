@@ -33,6 +33,8 @@ class FrameAssembly {
   void ask(const Message& first);
   /// A fault of the protocol, for a further message that does not belong to this frame.
   std::optional<Fault> refusal_of(const v1::StepFrame& further) const;
+  /// Has an earlier message brought positions, or what moved?
+  bool has_begun() const { return contents_.has_begun(); }
   /// Takes a message's positions in, and the message into the session's recording, if there is one. What does
   /// not fit is kept for complete() to say; of a frame that is refused nothing is kept.
   void add(const StreamRequest& message);

@@ -108,7 +108,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
                                           std::unique_ptr<FrameTrace> trace, AnswerRoom room = {});
   /// What a frame says of shared memory (step_stream_memory.cpp): its positions are where they are there, for
   /// as long as `memory` is held, and the room for its answer. INVALID_ARGUMENT where it may not say so.
-  Outcome<AnswerRoom> take_shared(StreamRequest& request, bool first, std::shared_ptr<StreamMemory>& memory);
+  Outcome<AnswerRoom> take_shared(StreamRequest& request, std::shared_ptr<StreamMemory>& memory);
   void give_memory(const v1::SharedMemoryRequest& request);
 
   // Replies, from any thread, without the lock.

@@ -103,8 +103,7 @@ void StepStream::give_memory(const v1::SharedMemoryRequest& request) {
   if (memory) memory_ = std::move(memory).value();
 }
 
-Outcome<AnswerRoom> StepStream::take_shared(StreamRequest& request, bool first,
-                                            std::shared_ptr<StreamMemory>& memory) {
+Outcome<AnswerRoom> StepStream::take_shared(StreamRequest& request, std::shared_ptr<StreamMemory>& memory) {
   v1::StepFrame& step = *request.message.mutable_step();
   if (!step.has_shared_positions() && !step.has_answer_room()) return AnswerRoom();
   std::shared_ptr<Session> session;
@@ -113,7 +112,8 @@ Outcome<AnswerRoom> StepStream::take_shared(StreamRequest& request, bool first,
     memory = memory_;
     session = session_;
   }
-  Outcome<SharedParts> parts = take_shared_parts(step, first && request.positions.empty(), memory);
+  const bool others = assembly_->has_begun() || !request.positions.empty();
+  Outcome<SharedParts> parts = take_shared_parts(step, others, memory);
   if (!parts) return parts.fault();
   if (const std::optional<std::string_view> positions = parts.value().positions) {
     // The client may write there meanwhile: each byte is read once, and what is recorded is what is computed.
@@ -207,7 +207,9 @@ void StepStream::begin_read_locked() {
   }
   if (read_ != Read::kOutstanding && (!connection_ || on_stream_ || read_ == Read::kEndWaits))
     return take_waiting_locked();
-  if (connection_ && !on_stream_) connection_->want_packet();
+  if (connection_ && !on_stream_)
+    connection_->want_packet(state_.awaiting ? PacketConnection::When::kSoon
+                                             : PacketConnection::When::kLater);
 }
 
 void StepStream::take_waiting_locked() {

@@ -102,8 +102,9 @@ void StepStream::take(StreamRequest& request, Way way) {
     return end(*fault);
   }
   std::shared_ptr<StreamMemory> memory;  // until the positions are copied
-  Outcome<AnswerRoom> room = take_shared(request, first, memory);
+  Outcome<AnswerRoom> room = take_shared(request, memory);
   if (!room && !assembly_->pass().refused) assembly_->pass().refused = room.fault();
+  if (way == Way::kPacket && !part.more()) held.session->expect_step();
   assembly_->add(request);
   {
     const MutexLock lock(mutex_);

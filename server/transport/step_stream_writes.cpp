@@ -27,7 +27,10 @@ void StepStream::attached(const Outcome<Standing>& standing) {
       if (before) *attached.mutable_state_before() = to_proto(*before);
       // A call that has ended meanwhile would never take its token back.
       if (may_share_memory_ && takes_messages(state_)) token_ = context_.memory_desk->offer(weak_from_this());
-      if (!token_.empty()) attached.mutable_shared_memory()->set_token(token_);
+      if (!token_.empty()) {
+        attached.mutable_shared_memory()->set_token(token_);
+        attached.mutable_shared_memory()->set_early_frames(true);
+      }
       queue_locked({serialize(response), false});
     } else {
       end_locked(context_.refuse(standing.fault(), tenant_.get()));

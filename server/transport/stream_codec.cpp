@@ -39,13 +39,15 @@ bool take_bytes(CodedInputStream& in, int size, std::vector<std::string_view>& p
   return true;
 }
 
-/// A question is a few numbers: what is longer has something that it does not have.
-bool read_question(CodedInputStream& in, v1::Question& question) {
+/// A question, and a place in shared memory, is a few numbers: what is longer has something that it does not
+/// have.
+template <class Message>
+bool read_numbers(CodedInputStream& in, Message& message) {
   constexpr std::uint32_t kLongest = 256;
   std::uint32_t length = 0;
   std::string bytes;
   return in.ReadVarint32(&length) && length <= kLongest && in.ReadString(&bytes, static_cast<int>(length)) &&
-         question.ParseFromString(bytes);
+         message.ParseFromString(bytes);
 }
 
 /// A step of positions as clients write it: one of each field, and nothing else. What is written otherwise,
@@ -79,7 +81,14 @@ std::optional<StreamRequest> read_positions_step(grpc::ByteBuffer& buffer) {
           return std::nullopt;
         break;
       case tag_of(v1::StepFrame::kQuestionFieldNumber, kLengthDelimited):
-        if (step.has_question() || !read_question(in, *step.mutable_question())) return std::nullopt;
+        if (step.has_question() || !read_numbers(in, *step.mutable_question())) return std::nullopt;
+        break;
+      case tag_of(v1::StepFrame::kSharedPositionsFieldNumber, kLengthDelimited):
+        if (step.has_shared_positions() || !read_numbers(in, *step.mutable_shared_positions()))
+          return std::nullopt;
+        break;
+      case tag_of(v1::StepFrame::kAnswerRoomFieldNumber, kLengthDelimited):
+        if (step.has_answer_room() || !read_numbers(in, *step.mutable_answer_room())) return std::nullopt;
         break;
       default:
         return std::nullopt;

@@ -75,7 +75,7 @@ StreamMemory::~StreamMemory() {
   all_ -= mapping_->size();
 }
 
-Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool alone,
+Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool others,
                                        const std::shared_ptr<StreamMemory>& memory) {
   const v1::SharedBytes positions = step.shared_positions();
   const v1::SharedBytes room = step.answer_room();
@@ -87,9 +87,8 @@ Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool alone,
   const auto invalid = [](std::string what) {
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput, std::move(what)};
   };
-  if (!alone || step.more())
-    return invalid("shared_positions, answer_room: are of a frame in one message alone");
-  if (has_positions && (!step.positions().empty() || step.has_moved()))
+  if (step.more()) return invalid("shared_positions, answer_room: are of a frame's last message");
+  if (has_positions && (others || !step.positions().empty() || step.has_moved()))
     return invalid("shared_positions: the frame gives positions or what moved as well; give either");
   const auto beyond = [&](const char* field, const v1::SharedBytes& bytes) {
     return invalid(std::string(field) + ": " + std::to_string(bytes.length()) + " bytes from " +

@@ -57,10 +57,10 @@ struct SharedParts {
   AnswerRoom room;
 };
 
-/// Takes that out of the frame's message. `alone`: it is the frame's first message, and without positions
-/// that were left in place. `memory`: the stream's; null where it has none. INVALID_ARGUMENT for what is not
-/// within it, and for a frame that may not say so.
-Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool alone,
+/// Takes that out of the frame's message. `others`: the frame has positions, or what moved, from elsewhere.
+/// `memory`: the stream's; null where it has none. INVALID_ARGUMENT for what is not within it, and for a
+/// message that may not say so.
+Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool others,
                                        const std::shared_ptr<StreamMemory>& memory);
 
 /// Puts all columns there; false, with nothing written, where they are longer than the room.

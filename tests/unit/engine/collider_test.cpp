@@ -224,6 +224,7 @@ TEST(Workers, RunTasksInTheDefaultEnvironmentAndGiveTheCallerItsOwnBack) {
     Workers fresh(2);
     std::fesetround(FE_UPWARD);
     std::atomic<int> strange{0};
+    fresh.rouse();
     fresh.run([&] {
       tbb::parallel_for(0, 1000, [&](int) { strange += std::fegetround() != FE_TONEAREST; });
       strange += std::fegetround() != FE_TONEAREST;

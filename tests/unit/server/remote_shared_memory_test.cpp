@@ -31,11 +31,17 @@ void expect_same(const Result<Answer>& a, const Result<Answer>& b) {
   EXPECT_EQ(a.value().frame, b.value().frame);
 }
 
-class RemoteSharedMemoryTest : public ::testing::TestWithParam<std::size_t> {
+/// Of an answer's chunks, and of frames that are told of before their positions are written.
+struct Bytes {
+  std::size_t chunk;
+  std::size_t early_frame;
+};
+
+class RemoteSharedMemoryTest : public ::testing::TestWithParam<Bytes> {
  protected:
   static server::Config config() {
     server::Config config;
-    config.limits.answer_chunk_bytes = GetParam();
+    config.limits.answer_chunk_bytes = GetParam().chunk;
     return config;
   }
   static ColliderOptions all_fields() {
@@ -44,7 +50,9 @@ class RemoteSharedMemoryTest : public ::testing::TestWithParam<std::size_t> {
     return options;
   }
   Client connect(bool shares) {
-    return Client::connect(daemon_.address(), {.shared_memory = shares}).value();
+    return Client::connect(daemon_.address(),
+                           {.shared_memory = shares, .early_frame_bytes = GetParam().early_frame})
+        .value();
   }
   Session session(Client& client, const ColliderOptions& options = all_fields()) {
     const std::vector<double> start = grids_.positions(0);
@@ -124,8 +132,9 @@ TEST_P(RemoteSharedMemoryTest, ADaemonThatNoLongerOffersItIsFollowed) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(ChunkBytes, RemoteSharedMemoryTest,
-                         ::testing::Values(std::size_t{64}, std::size_t{1} << 20));
+INSTANTIATE_TEST_SUITE_P(Bytes, RemoteSharedMemoryTest,
+                         ::testing::Values(Bytes{64, 0}, Bytes{std::size_t{1} << 20, std::size_t{1} << 30},
+                                           Bytes{std::size_t{1} << 20, 0}));
 
 }  // namespace
 }  // namespace warmfront::test

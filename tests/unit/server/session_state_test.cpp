@@ -80,6 +80,35 @@ TEST(StateDigestTest, IsTheSameHoweverTheBytesAreCut) {
     }
 }
 
+TEST(StateDigestTest, IsTheSameOfBytesThatAreCopied) {
+  std::string bytes;
+  for (int i = 0; i < 700; ++i) bytes += static_cast<char>(i * i + 5 * i);
+  for (std::size_t first = 0; first <= bytes.size(); first += 13)
+    for (const std::size_t second :
+         {std::size_t{0}, std::size_t{1}, std::size_t{63}, std::size_t{64}, std::size_t{300}}) {
+      server::ContentHash content;
+      std::string copy(bytes.size(), '\0');
+      std::size_t at = 0;
+      for (const std::size_t size : {first, second, bytes.size()}) {
+        const std::string_view piece = std::string_view(bytes).substr(at, size);
+        content.copy(piece, copy.data() + at);
+        at += piece.size();
+      }
+      StateDigest digest(7);
+      digest.add(content);
+      EXPECT_EQ(copy, bytes) << first << " and " << second;
+      EXPECT_EQ(digest.value(), digest_of(bytes)) << first << " and " << second;
+    }
+}
+
+// Clients keep digests while a daemon is replaced by the next version of it.
+TEST(StateDigestTest, IsWhatItWas) {
+  std::string bytes;
+  for (int i = 0; i < 1000; ++i) bytes += static_cast<char>(7 * i);
+  EXPECT_EQ(digest_of(bytes), 0x244b7c011a5241c3);
+  EXPECT_EQ(digest_of(""), 0x2bce90d7aacae26f);
+}
+
 class SessionStateTest : public ServiceTest {
  protected:
   static bool same(const v1::SessionState& a, const v1::SessionState& b) {

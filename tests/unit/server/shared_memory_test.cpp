@@ -33,6 +33,55 @@ TEST_F(SharedMemoryTest, CarriesTheSameBits) {
   EXPECT_TRUE(attached.stream->Finish().ok());
 }
 
+TEST_F(SharedMemoryTest, AFrameMayBeginBeforeItsPositionsAreWritten) {
+  ASSERT_TRUE(create().ok());
+  AttachedStream attached(*stub_, kId);
+  EXPECT_TRUE(attached.state.shared_memory().early_frames());
+  PacketClient packets(daemon_.address());
+  ASSERT_TRUE(packets.bind(kId, attached.token, kSharedBytes));
+  for (std::uint64_t number = 1; number <= 4; ++number) {
+    v1::StreamStepsRequest first;
+    first.mutable_step()->set_frame(number);
+    first.mutable_step()->set_more(true);
+    // With what is asked, as many first messages as one likes, and time for the daemon to fall asleep.
+    first.mutable_step()->mutable_question()->set_kind(v1::Question::KIND_STEP);
+    ASSERT_TRUE(packets.send(first));
+    first.mutable_step()->clear_question();
+    ASSERT_TRUE(packets.send(first));
+    if (number == 2) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ASSERT_TRUE(packets.send(put(packets, number)));
+    const auto response = packets.receive();
+    ASSERT_TRUE(response && response->has_answer());
+    EXPECT_TRUE(response->answer().has_shared());
+    EXPECT_EQ(hash_in(packets, response->answer()), expected_[number - 1]);
+  }
+}
+
+TEST_F(SharedMemoryTest, PositionsThereAreAllThatAFrameHas) {
+  ASSERT_TRUE(create().ok());
+  AttachedStream attached(*stub_, kId);
+  PacketClient packets(daemon_.address());
+  ASSERT_TRUE(packets.bind(kId, attached.token, kSharedBytes));
+  v1::StreamStepsRequest part;
+  part.mutable_step()->set_frame(1);
+  part.mutable_step()->set_more(true);
+  for (const bool moved : {false, true}) {
+    if (moved)
+      part.mutable_step()->mutable_moved();
+    else
+      part.mutable_step()->set_positions(frame(1).substr(0, 24));
+    ASSERT_TRUE(packets.send(part));
+    part.mutable_step()->clear_positions();
+    expect_refused(packets, put(packets, 1), "give either");
+  }
+  v1::StreamStepsRequest early = put(packets, 1);
+  early.mutable_step()->set_more(true);
+  ASSERT_TRUE(packets.send(early));
+  expect_refused(packets, put(packets, 1), "a frame's last message");
+  ASSERT_TRUE(packets.send(put(packets, 1)));
+  EXPECT_EQ(hash_in(packets, packets.receive()->answer()), expected_[0]);
+}
+
 TEST_F(SharedMemoryTest, NobodyChangesItsSize) {
   ASSERT_TRUE(create().ok());
   AttachedStream attached(*stub_, kId);

@@ -4,6 +4,7 @@
 #include <grpcpp/impl/codegen/proto_utils.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <numeric>
 #include <random>
@@ -105,6 +106,18 @@ TEST(ReadRequestTest, LeavesAStepsPositionsWhereTheyArrived) {
   EXPECT_TRUE(request.value().whole_step().more());
 }
 
+/// With places in shared memory.
+v1::StreamStepsRequest shared_step() {
+  v1::StreamStepsRequest request;
+  v1::StepFrame& step = *request.mutable_step();
+  step.set_frame(300);
+  step.mutable_question()->set_kind(v1::Question::KIND_TRIAL);
+  step.mutable_shared_positions()->set_offset(1 << 20);
+  step.mutable_shared_positions()->set_length(556'116);
+  step.mutable_answer_room()->set_length(1 << 16);
+  return request;
+}
+
 TEST(ReadRequestTest, IsParseRequestForEveryKindOfMessageCutAnywhere) {
   std::mt19937 random(5);
   std::vector<std::string> messages;
@@ -124,8 +137,12 @@ TEST(ReadRequestTest, IsParseRequestForEveryKindOfMessageCutAnywhere) {
   messages.push_back(step + step);                        // merged: the last positions count
   messages.push_back(step + std::string("\x12\x00", 2));  // an attach after it: that counts
   messages.push_back(step + std::string("\x78\x01", 2));  // a field unknown here
+  const std::string shared = shared_step().SerializeAsString();
+  messages.push_back(shared);
+  messages.push_back(shared + step);
   v1::StepFrame frame = request.step();
   frame.clear_moved();
+  *frame.mutable_answer_room() = shared_step().step().answer_room();
   std::string twice = frame.SerializeAsString() + frame.SerializeAsString();
   messages.push_back(std::string("\x0a") + static_cast<char>(0x80 | (twice.size() & 0x7f)) +
                      static_cast<char>(twice.size() >> 7) + twice);
@@ -142,9 +159,9 @@ TEST(ReadRequestTest, IsParseRequestForMessagesThatWereDamaged) {
   request.mutable_step()->set_frame(70'000);
   request.mutable_step()->set_positions(random_bytes(150, random));
   request.mutable_step()->set_more(true);
-  const std::string sound = request.SerializeAsString();
-  for (int i = 0; i < 20'000; ++i) {
-    std::string bytes = sound;
+  const std::array sound{request.SerializeAsString(), shared_step().SerializeAsString()};
+  for (std::size_t i = 0; i < 20'000; ++i) {
+    std::string bytes = sound[i % 2];
     for (unsigned k = 0; k <= random() % 3; ++k) bytes[random() % 16] = static_cast<char>(random());
     if (random() % 4 == 0) bytes.resize(random() % bytes.size());
     expect_same(bytes, 1 + random() % 64);
