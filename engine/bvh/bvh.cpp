@@ -24,6 +24,21 @@ void begin_anew(List& list, std::size_t size, StopSignal stop) {
   lengthen(list, size, {}, stop);
 }
 
+// By node: does it hold one of these blocks?
+std::vector<std::uint8_t> holders_of(std::span<const std::uint8_t> blocks, const TreeShape& shape,
+                                     StopSignal stop) {
+  std::vector<std::uint8_t> holds;
+  lengthen(holds, shape.node_count(), std::uint8_t{0}, stop);
+  for (NodeId node = shape.first_leaf(); node < shape.end_node(); ++node) {
+    for (BlockId b = shape.first_block(node); b < shape.end_block(node); ++b)
+      holds[number_of(node)] |= blocks[number_of(b)];
+  }
+  for (std::uint32_t node = number_of(shape.first_leaf()); node-- > 0;)
+    holds[node] =
+        holds[number_of(TreeShape::left(NodeId{node}))] | holds[number_of(TreeShape::right(NodeId{node}))];
+  return holds;
+}
+
 }  // namespace
 
 template <class Bounds>
@@ -149,6 +164,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
       [&] {
         make_room(nodes, node_count, stop);
         begin_anew(motion.states, node_count, stop);
+        motion.renewed = {};
         begin_anew(travel.nodes, keep_travel ? node_count : 0, stop);
       },
       [&] {
@@ -178,6 +194,7 @@ void Bvh<Bounds>::change(const Scene& scene, const TreeShape& new_shape, std::ve
   order = std::move(new_order);
   leaves.shared = std::move(new_shared);
   list_leaves(stop);
+  motion.renewed = holders_of(changed_blocks, shape, stop);
   PacedStop paced(stop, 256);
   const Csr before = std::exchange(travel.block_vertices, {});
   Csr& vertices = travel.block_vertices;

@@ -55,8 +55,9 @@ struct Bvh {
                std::shared_ptr<const SharedVertices> new_shared, bool keep_travel, StopSignal stop = {});
 
   /// Takes another order of primitives in the same nodes, leaves and blocks, and vertices with the same
-  /// numbers: only these blocks hold something else, or in other slots. Bounds are undefined until a refit of
-  /// all; travel is kept, of what holds a changed block as of what it held before.
+  /// numbers: only these blocks hold something else, or in other slots. What holds one of them is marked in
+  /// motion.renewed, and its bounds are undefined until a refit; other bounds are what they were. Travel is
+  /// kept, of what holds a changed block as of what it held before.
   void change(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
               std::shared_ptr<const SharedVertices> new_shared, std::span<const std::uint8_t> changed_blocks,
               StopSignal stop = {});
@@ -83,7 +84,8 @@ struct Bvh {
   }
 
   std::size_t memory_bytes() const {
-    return held_bytes(order, nodes, face_leaves.leaf, segment_leaves.leaf, patches, motion.states) +
+    return held_bytes(order, nodes, face_leaves.leaf, segment_leaves.leaf, patches, motion.states,
+                      motion.renewed) +
            leaves.memory_bytes() + travel.memory_bytes();
   }
 

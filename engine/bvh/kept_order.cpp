@@ -14,28 +14,34 @@ namespace {
 constexpr Primitive kNoPrimitive{0xffffffff};
 
 // What is gone leaves a gap, which the next one fills: so most others keep their places, and their numbers.
+struct Held {
+  Primitive now = kNoPrimitive;                    // as given
+  std::uint32_t face_before = LocalChange::kNone;  // renumbered, of a face that stays
+};
+bool is_gap(const Held& held) {
+  return held.now == kNoPrimitive;
+}
 struct Block {
-  std::array<Primitive, TreeShape::kBlockSize> held;
+  std::array<Held, TreeShape::kBlockSize> held;
   std::uint32_t count = 0;
   std::uint32_t size = 0;  // with gaps
 
-  void put(Primitive p) {  // or a gap
-    held[size++] = p;
-    count += p != kNoPrimitive ? 1 : 0;
+  void put(Held one) {  // or a gap
+    held[size++] = one;
+    count += is_gap(one) ? 0 : 1;
   }
-  void add(Primitive p) {
-    if (count == size) return put(p);
-    *std::find(held.begin(), held.begin() + size, kNoPrimitive) = p;
+  void add(Held one) {
+    if (count == size) return put(one);
+    *std::find_if(held.begin(), held.begin() + size, is_gap) = one;
     ++count;
   }
-  Primitive take_first() {
-    Primitive& first =
-        *std::find_if(held.begin(), held.begin() + size, [](Primitive p) { return p != kNoPrimitive; });
+  Held take_first() {
+    Held& first = *std::find_if_not(held.begin(), held.begin() + size, is_gap);
     --count;
-    return std::exchange(first, kNoPrimitive);
+    return std::exchange(first, Held{});
   }
-  Primitive take_last() {
-    while (held[size - 1] == kNoPrimitive) --size;
+  Held take_last() {
+    while (is_gap(held[size - 1])) --size;
     --count;
     return held[--size];
   }
@@ -146,9 +152,12 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
         std::uint32_t& block_of = block_of_vertex[v - part.features.first_vertex];
         if (block_of != kNotAsked) block_of = b;
       }
-      const Primitive now = left_of(order[i]);
-      blocks[b].put(now);
-      if (now == kNoPrimitive) changed[b] = 1;
+      Held one{left_of(order[i])};
+      if (is_gap(one))
+        changed[b] = 1;
+      else if (is_face(one.now))
+        one.face_before = face_number(order[i]) - part.first_face;
+      blocks[b].put(one);
     }
   }
   const auto has_room = [&](std::uint32_t b) { return blocks[b].count < most; };
@@ -161,7 +170,7 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     }
     if (block == count) block = nearest(block_of_vertex[before_of(vertices[0])], count, has_room);
     if (block == count) return false;
-    blocks[block].add(p);
+    blocks[block].add({p});
     changed[block] = 1;
     return true;
   });
@@ -178,13 +187,17 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   }
   KeptOrder kept;
   reserve(kept.order, primitives, stop);
+  reserve(kept.face_before, alone.face_count(), stop);
   std::vector<std::uint32_t> begins;
   reserve(begins, std::size_t{count} + 1, stop);
   for (const Block& block : blocks) {
     paced.check();
     begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
     for (std::uint32_t i = 0; i < block.size; ++i) {
-      if (block.held[i] != kNoPrimitive) kept.order.push_back(block.held[i]);
+      const Held& one = block.held[i];
+      if (is_gap(one)) continue;
+      kept.order.push_back(one.now);
+      if (is_face(one.now)) kept.face_before.push_back(one.face_before);
     }
   }
   begins.push_back(static_cast<std::uint32_t>(kept.order.size()));

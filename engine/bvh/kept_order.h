@@ -28,6 +28,8 @@ struct KeptOrder {
   TreeShape shape;
   std::vector<Primitive> order;
   std::vector<std::uint8_t> changed;  ///< by block: does it hold something else?
+  /// By face in that order: which of the body it was, renumbered, or LocalChange::kNone.
+  std::vector<std::uint32_t> face_before;
 };
 
 /// `held` is of the hierarchy of the body when it was `part` of the scene `before`, renumbered by

@@ -48,6 +48,7 @@ template <class Bounds>
 WARMFRONT_INLINE void refit_nodes(const RefitInput& input, NodeStates from, Bvh<Bounds>& bvh, NodeId begin,
                                   NodeId end) {
   const NodeId first_leaf = bvh.shape.first_leaf();
+  const std::uint8_t* const renewed = bvh.motion.renewed.empty() ? nullptr : bvh.motion.renewed.data();
   for (NodeId node = begin; node < end; ++node) {
     const bool leaf = node >= first_leaf;
     MotionState& state = bvh.motion.states[number_of(node)];
@@ -57,11 +58,12 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, NodeStates from, Bvh<
       const std::uint32_t left = number_of(TreeShape::left(node));
       state = leaf ? leaf_state(input, bvh, node) : bvh.motion.states[left] | bvh.motion.states[left + 1];
     }
-    if (input.known == Known::kNothing) state |= kChanged;
+    const Known known = renewed != nullptr && renewed[number_of(node)] != 0 ? Known::kNothing : input.known;
+    if (known == Known::kNothing) state |= kChanged;
     if ((state & kChanged) == 0) continue;
-    if (input.known == Known::kLastStep) {
+    if (known == Known::kLastStep) {
       refit_node<Ends::kNext>(input, bvh, node);
-    } else if (input.known == Known::kLastTrial) {
+    } else if (known == Known::kLastTrial) {
       refit_node<Ends::kLast>(input, bvh, node);
     } else {
       refit_node<Ends::kBoth>(input, bvh, node);
@@ -114,7 +116,7 @@ NodeStates Refit<Bounds>::begin() {
   bvh_.motion.all_moving = false;
   if (bvh_.order.empty()) return NodeStates::kUnchanged;
   const RangeMotion& range = input_.range;
-  const bool all = input_.known == Known::kNothing;
+  const bool all = input_.known == Known::kNothing || !bvh_.motion.renewed.empty();
   if (range.any == 0 && !all) {
     if ((bvh_.motion.states.front() & kChanged) != 0) std::ranges::fill(bvh_.motion.states, MotionState{0});
     return NodeStates::kUnchanged;
@@ -166,6 +168,7 @@ std::size_t Refit<Bounds>::finish() const {
     moving += (state & kMoving) != 0;
   }
   bvh_.motion.all_moving = moving == bvh_.motion.states.size();
+  bvh_.motion.renewed = {};
   return changed;
 }
 

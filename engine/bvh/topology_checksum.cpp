@@ -9,14 +9,40 @@
 #include <type_traits>
 #include <vector>
 
+#include "engine/simd/target_clones.h"
+
 namespace warmfront {
 namespace {
 
-/// A word at a time, each position with its own weight (after MurmurHash3's finaliser, Appleby 2011); long
-/// lists in eight lanes, since each word waits for the one before it in its lane alone.
+// Eight words at a time: sums, and sums of these, as Fletcher's (1982), so that a word's place counts. The
+// latter are rotated: else what changes in a high bit would be lost where it counts an even number of times.
+struct Sums {
+  using Words = std::uint64_t __attribute__((vector_size(64)));
+  static constexpr std::size_t kStride = sizeof(Words);
+  static constexpr std::size_t kLanes = kStride / sizeof(std::uint64_t);
+
+  Words of_words{};
+  Words of_sums{};
+};
+
+WARMFRONT_TARGET_CLONES
+void add_strides(const unsigned char* bytes, std::size_t count, Sums& to) {
+  Sums::Words of_words = to.of_words, of_sums = to.of_sums;
+  for (std::size_t i = 0; i < count; ++i) {
+    Sums::Words words;
+    std::memcpy(&words, bytes + i * Sums::kStride, Sums::kStride);
+    of_words += words;
+    of_sums = ((of_sums << 9) | (of_sums >> 55)) + of_words;
+  }
+  to.of_words = of_words;
+  to.of_sums = of_sums;
+}
+
+/// A word at a time, each position with its own weight (after MurmurHash3's finaliser, Appleby 2011), of the
+/// lists' sums and what is left of them.
 class Checksum {
  public:
-  explicit Checksum(StopSignal stop) : paced_(stop, 1U << 14) {}
+  explicit Checksum(StopSignal stop) : stop_(stop) {}
 
   template <class T>
   void add(std::span<const T> values) {
@@ -27,22 +53,22 @@ class Checksum {
     add_word(value_, values.size());
     const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
     const std::size_t size = values.size_bytes();
-    constexpr std::size_t kLanes = 8;
-    constexpr std::size_t kStride = kLanes * sizeof(std::uint64_t);
-    std::array<std::uint64_t, kLanes> lanes{1, 2, 3, 4, 5, 6, 7, 8};
-    std::size_t at = 0;
-    for (; at + kStride <= size; at += kStride) {
-      std::array<std::uint64_t, kLanes> words;
-      std::memcpy(words.data(), bytes + at, kStride);
-      for (std::size_t lane = 0; lane < kLanes; ++lane) add_word(lanes[lane], words[lane]);
-      paced_.check();
+    constexpr std::size_t kAtOnce = 1U << 13;  // strides
+    Sums sums;
+    const std::size_t strides = size / Sums::kStride;
+    for (std::size_t at = 0; at < strides; at += kAtOnce) {
+      stop_.check();
+      add_strides(bytes + at * Sums::kStride, std::min(kAtOnce, strides - at), sums);
     }
-    for (; at < size; at += 4) {
+    for (std::size_t at = strides * Sums::kStride; at < size; at += 4) {
       std::uint32_t word = 0;
       std::memcpy(&word, bytes + at, 4);
-      add_word(lanes[0], word);
+      add_word(value_, word);
     }
-    for (const std::uint64_t lane : lanes) add_word(value_, lane);
+    for (std::size_t lane = 0; lane < Sums::kLanes; ++lane) {
+      add_word(value_, sums.of_words[lane]);
+      add_word(value_, sums.of_sums[lane]);
+    }
   }
   template <class T>
   void add(const std::vector<T>& values) {
@@ -74,7 +100,7 @@ class Checksum {
     value ^= value >> 33;
   }
   std::uint64_t value_ = 0;
-  PacedStop paced_;
+  StopSignal stop_;
 };
 
 // Of a list of numbers less what they begin at.

@@ -106,7 +106,8 @@ void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop)
   if (!from.given_vertices.empty()) made.numbering = Renumbering(from.given_vertices);
   made.numbering.extend(given, part.order, stop);
   if (change) {
-    change->renumber(topology_.numbering, before, made.numbering, stop);
+    change->renumber(topology_.numbering, before, made.numbering,
+                     kept ? std::move(kept->face_before) : std::vector<std::uint32_t>(), stop);
     made.scene = ChangedScene::renumbered(topology_.scene, before, given, made.numbering, *change, stop);
   } else {
     made.numbering.extend(given, made.scene, stop);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of a hierarchy's nodes moved in a step. Written by refit.
+// Which of a hierarchy's nodes moved in a step, or hold something else. Written by Bvh::change() and refit.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "engine/bvh/node_set.h"
@@ -13,6 +14,8 @@ struct TreeMotion {
   std::vector<MotionState> states;  ///< by NodeId: union over the vertices below
   NodeSet changed;                  ///< nodes whose state has kChanged
   bool all_moving = false;          ///< every node's state is kMoving and kChanged
+  /// By NodeId: does it hold a block that has changed since the last refit? Empty where none has.
+  std::vector<std::uint8_t> renewed;
 };
 
 }  // namespace warmfront

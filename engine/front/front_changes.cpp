@@ -8,31 +8,13 @@
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
-namespace {
-
-// By node: does it hold one of these blocks?
-std::vector<std::uint8_t> holders_of(std::span<const std::uint8_t> blocks, const TreeShape& shape,
-                                     StopSignal stop) {
-  std::vector<std::uint8_t> holds;
-  lengthen(holds, shape.node_count(), std::uint8_t{0}, stop);
-  for (NodeId node = shape.first_leaf(); node < shape.end_node(); ++node) {
-    for (BlockId b = shape.first_block(node); b < shape.end_block(node); ++b)
-      holds[number_of(node)] |= blocks[number_of(b)];
-  }
-  for (std::uint32_t node = number_of(shape.first_leaf()); node-- > 0;)
-    holds[node] =
-        holds[number_of(TreeShape::left(NodeId{node}))] | holds[number_of(TreeShape::right(NodeId{node}))];
-  return holds;
-}
-
-}  // namespace
 
 template <class Bounds>
 void Front<Bounds>::follow(PartId part, std::span<const Bvh<Bounds>> trees,
                            std::span<const std::uint8_t> changed_blocks, std::size_t max_bytes,
                            StopSignal stop) {
   const Bvh<Bounds>& tree = trees[number_of(part)];
-  std::vector<std::uint8_t> holds;
+  const std::vector<std::uint8_t>& holds = tree.motion.renewed;
   PacedStop paced(stop);
   for (FrontSegment& segment : segments_) {
     paced.check();
@@ -44,7 +26,6 @@ void Front<Bounds>::follow(PartId part, std::span<const Bvh<Bounds>> trees,
       forget(segment);
       continue;
     }
-    if (holds.empty()) holds = holders_of(changed_blocks, tree.shape, stop);
     const auto& travel_a = trees[number_of(segment.parts.a)].travel.nodes;
     const auto& travel_b = trees[number_of(segment.parts.b)].travel.nodes;
     const bool budgets = !travel_a.empty() && !travel_b.empty();

@@ -31,6 +31,12 @@ Arc arc_of(const SceneMotion::Poses& poses, const SceneMotion::Ball& ball) {
 double length_above(const std::array<double, 3>& x) {
   const double most = std::max({std::fabs(x[0]), std::fabs(x[1]), std::fabs(x[2])});
   if (!(most > 0) || !std::isfinite(most)) return most == 0 ? 0 : std::numeric_limits<double>::infinity();
+  // Where no square overflows, nor one that counts is subnormal, the same without the powers of two, which
+  // round nothing.
+  if (most > 0x1p-400 && most < 0x1p400) {
+    const double square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    return std::sqrt(square) * (1 + 0x1p-48) + std::numeric_limits<double>::denorm_min();
+  }
   const int exponent = std::ilogb(most);
   double square = 0;
   for (const double c : x) {

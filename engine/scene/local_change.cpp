@@ -240,25 +240,31 @@ void sort_once_each(std::vector<std::uint32_t>& numbers) {
 }  // namespace
 
 void LocalChange::renumber(const Renumbering& before, const MeshRange& part, const Renumbering& now,
-                           StopSignal stop) {
+                           std::vector<std::uint32_t> faces, StopSignal stop) {
   PacedStop paced(stop);
-  std::vector<std::uint32_t> faces;
-  lengthen(faces, face_before.size(), kNone, stop);
+  if (faces.empty()) {
+    reserve(faces, face_before.size(), stop);
+    for (std::uint32_t f = 0; f < face_before.size(); ++f) {
+      paced.check();
+      const std::uint32_t old = face_before[number_of(now.given(NewFace{f}))];
+      faces.push_back(old == kNone
+                          ? kNone
+                          : number_of(before.renumbered(GivenFace{part.first_face + old})) - part.first_face);
+    }
+  }
   std::vector<std::uint32_t> faces_of;
   lengthen(faces_of, face_of.size(), kNone, stop);
   std::uint32_t next = 0;
   faces_ascend = true;
-  for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    paced.check();
-    const std::uint32_t old_given = face_before[number_of(now.given(NewFace{f}))];
-    if (old_given == kNone) continue;
-    const std::uint32_t old =
-        number_of(before.renumbered(GivenFace{part.first_face + old_given})) - part.first_face;
-    faces[f] = old;
-    faces_of[old] = f;
-    faces_ascend &= old >= next;
-    next = old + 1;
-  }
+  in_pieces(0, faces.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t f = first; f < end; ++f) {
+      const std::uint32_t old = faces[f];
+      if (old == kNone) continue;
+      faces_of[old] = static_cast<std::uint32_t>(f);
+      faces_ascend &= old >= next;
+      next = old + 1;
+    }
+  });
   face_before = std::move(faces);
   face_of = std::move(faces_of);
   find_runs(face_before, face_runs, paced);

@@ -55,8 +55,10 @@ struct LocalChange {
   bool faces_ascend = true;         ///< faces that stay keep their order: before renumber() they do
 
   /// Faces as renumbered: before, when the body was `part` of what `before` is of, and now, by `now`, which
-  /// is of the body alone. Vertices likewise.
-  void renumber(const Renumbering& before, const MeshRange& part, const Renumbering& now, StopSignal stop);
+  /// is of the body alone. Vertices likewise. `faces` is what face_before becomes, where that is known; else
+  /// empty.
+  void renumber(const Renumbering& before, const MeshRange& part, const Renumbering& now,
+                std::vector<std::uint32_t> faces, StopSignal stop);
 };
 
 /// `part` is the body's range in the scene `before`, as given and with its faces by body; `faces` and

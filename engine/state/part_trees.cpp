@@ -111,8 +111,6 @@ bool PartTrees<Bounds>::change(PartId part, std::vector<std::uint8_t>&& blocks) 
   const auto size = static_cast<std::ptrdiff_t>(blocks.size());
   if (std::ranges::count(blocks, 1) * kMost > size) return false;
   changed = std::move(blocks);
-  refit_in_[number_of(part)] = kNever;
-  states_[number_of(part)] = 0;
   some_changed_ = true;
   return true;
 }

@@ -106,8 +106,8 @@ class PartTrees {
   /// as loose as it was when that was built. Numbers of what a part is made of begin elsewhere now.
   void forget(PartId part, bool keeps_hierarchy) noexcept;
   /// A part has changed locally: of the blocks of its hierarchy these hold something else, which the next
-  /// step takes from the topology. Returns false, and does nothing, where that has no hierarchy to change, or
-  /// much of it is another one.
+  /// step takes from the topology; other bounds hold, and those of vertices, which are where they were.
+  /// Returns false, and does nothing, where that has no hierarchy to change, or much of it is another one.
   bool change(PartId part, std::vector<std::uint8_t>&& blocks) noexcept;
   /// Have parts changed so, which arrange_new() has taken? Then `take(part, blocks)` must be told of each.
   bool some_changed() const { return some_changed_; }

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "engine/elementary/certified.h"
-#include "engine/elementary/turning.h"
+#include "engine/elementary/turning_search.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/primitives.h"
 
@@ -25,16 +25,19 @@ double angle_of(const Core& core, PartId part) {
   return twist == nullptr ? 0 : std::sqrt(twist->angle_squared);
 }
 
+template <class Box>
+void add(Box& all, const Box& other) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    all.low[axis] = std::min(all.low[axis], other.low[axis]);
+    all.high[axis] = std::max(all.high[axis], other.high[axis]);
+  }
+}
+
 // What holds some of these boxes, one at least.
 template <class Box>
 Box around(const std::vector<Box>& boxes, std::uint32_t first, std::uint32_t end) {
   Box all = boxes[first];
-  for (std::uint32_t i = first + 1; i < end; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      all.low[axis] = std::min(all.low[axis], boxes[i].low[axis]);
-      all.high[axis] = std::max(all.high[axis], boxes[i].high[axis]);
-    }
-  }
+  for (std::uint32_t i = first + 1; i < end; ++i) add(all, boxes[i]);
   return all;
 }
 
@@ -85,29 +88,35 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
   const Twist* twist = core.arcs.of_part(part.part);
   const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
   part.rests = (core.motion.state(part.part) & kMoving) == 0;
-  part.at.resize(twist == nullptr ? 0 : std::size_t{count} * (static_cast<std::size_t>(pieces_) + 1));
-  Box all;
-  all.low.fill(std::numeric_limits<double>::infinity());
-  all.high.fill(-std::numeric_limits<double>::infinity());
+  part.bounded = false;
+  const auto times = static_cast<std::size_t>(pieces_) + 1;
+  part.at.resize(twist == nullptr ? 0 : count * times);
+  std::array<ArcShares, kMostPiecesOfStep + 1> shares;
+  for (std::size_t k = 0; k < times; ++k) shares[k] = turning::shares_at(twist, time_of(k));
+  part.at_times.resize(times);
+  for (Box& box : part.at_times) {
+    box.low.fill(std::numeric_limits<double>::infinity());
+    box.high.fill(-std::numeric_limits<double>::infinity());
+  }
   double bend = 0;
   PacedStop paced(stop);
   for (std::uint32_t v = 0; v < count; ++v) {
     paced.check();
     const VertexMotion& vertex = vertices[first + v];
-    if (twist != nullptr)
-      bend = std::max(bend, length_above(twist->bend_at({vertex.t0[0], vertex.t0[1], vertex.t0[2]})));
-    for (int k = 0; k <= pieces_; ++k) {
-      if (twist != nullptr) {
-        const auto x = on_arc(vertex, *twist, static_cast<double>(k) / pieces_);
-        part.at[static_cast<std::size_t>(k) * count + v] = {x[0], x[1], x[2]};
-      }
-      const std::array<double, 3> at = position(core, part, first + v, k);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        all.low[axis] = std::min(all.low[axis], at[axis]);
-        all.high[axis] = std::max(all.high[axis], at[axis]);
+    if (twist != nullptr) {
+      const turning::Path path(vertex, twist, {});
+      bend = std::max(bend, length_above(path.bend));
+      for (std::size_t k = 0; k < times; ++k) {
+        const auto x = k + 1 == times ? vertex.t1 : path.at(time_of(k), shares[k]);
+        part.at[k * count + v] = {x[0], x[1], x[2]};
       }
     }
+    for (std::size_t k = 0; k < times; ++k) {
+      const std::array<double, 3> at = position(core, part, first + v, static_cast<int>(k));
+      add(part.at_times[k], {at, at});
+    }
   }
+  const Box all = around(part.at_times, 0, static_cast<std::uint32_t>(times));
   part.size = 0;
   part.reach = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -139,30 +148,46 @@ std::array<double, 3> TurningStage::position(const Core& core, const Part& part,
   }
   const auto& [t0, t1] = core.motion.vertices().vertices()[v];
   if (time == pieces_) return {t1[0], t1[1], t1[2]};
-  const double s = static_cast<double>(time) / pieces_;
+  const double s = time_of(static_cast<std::size_t>(time));
   return {t0[0] + s * (t1[0] - t0[0]), t0[1] + s * (t1[1] - t0[1]), t0[2] + s * (t1[2] - t0[2])};
 }
 
 TurningStage::Box TurningStage::box_of(const Core& core, const Part& part, const Face& vertices,
                                        int piece) const {
-  Box box{position(core, part, vertices[0], piece), {}};
-  box.high = box.low;
-  for (const std::uint32_t v : vertices) {
-    for (const int k : {piece, piece + 1}) {
-      const std::array<double, 3> x = position(core, part, v, k);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        box.low[axis] = std::min(box.low[axis], x[axis]);
-        box.high[axis] = std::max(box.high[axis], x[axis]);
+  const auto box_between = [&](auto&& at) {
+    Box box{at(vertices[0], piece), {}};
+    box.high = box.low;
+    for (const std::uint32_t v : vertices) {
+      for (const int k : {piece, piece + 1}) {
+        const std::array<double, 3> x = at(v, k);
+        add(box, {x, x});
       }
     }
-  }
-  return box;
+    return box;
+  };
+  if (part.at.empty())
+    return box_between([&](std::uint32_t v, int time) { return position(core, part, v, time); });
+  const std::array<double, 3>* const of_part = part.at.data();
+  const std::size_t count = core.motion.vertex_count(part.part);
+  const std::size_t first = core.motion.first_vertex(part.part);
+  return box_between([=](std::uint32_t v, int time) { return of_part[time * count + (v - first)]; });
+}
+
+// Its vertices' boxes hold all chords of a part in a piece, as the root's does, which is what holds those of
+// its primitives: where these are apart, so are the roots. Of coordinates whose sums may overflow nothing is
+// told.
+bool TurningStage::are_near(const Part& a, const Part& b, int piece, double room) {
+  constexpr double kMostReach = 0x1p1000;
+  if (!(a.reach < kMostReach && b.reach < kMostReach)) return true;
+  const auto k = static_cast<std::uint32_t>(piece);
+  return near_each_other(around(a.at_times, k, k + 2), around(b.at_times, k, k + 2), room);
 }
 
 template <class Bounds>
 void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece,
                          StopSignal stop) const {
-  if (part.rests && piece > 0) return;
+  if (!part.near || (part.rests && part.bounded)) return;
+  part.bounded = true;
   part.nodes.resize(tree.order.empty() ? 0 : tree.shape.node_count());
   part.primitives.resize(tree.order.size());
   part.blocks.resize(tree.order.empty() ? 0 : tree.shape.block_count());
@@ -191,8 +216,9 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
                                      const NearPair& pair, int piece, PairTester& tester, StopSignal stop) {
   const Part& a = of(pair.parts.a);
   const Part& b = of(pair.parts.b);
-  if (a.nodes.empty() || b.nodes.empty()) return 0;
   const double room = room_between(core, a, b);
+  if (!are_near(a, b, piece, room)) return 1;  // as the roots say
+  if (a.nodes.empty() || b.nodes.empty()) return 0;
   const Bvh<Bounds>& tree_a = trees[number_of(pair.parts.a)];
   const Bvh<Bounds>& tree_b = trees[number_of(pair.parts.b)];
   const TreeShape& of_a = tree_a.shape;
@@ -267,7 +293,15 @@ std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> t
   for_each_index(
       0, part_count_, stop, [&](std::size_t i) { place(core, parts_[i], stop); }, 1);
   std::atomic<std::uint64_t> tests = 0;
+  PacedStop paced(stop);
   for (int piece = 0; piece < pieces_; ++piece) {
+    for (std::size_t i = 0; i < part_count_; ++i) parts_[i].near = false;
+    for (const NearPair& pair : pairs_) {
+      paced.check();
+      Part& a = of(pair.parts.a);
+      Part& b = of(pair.parts.b);
+      if (are_near(a, b, piece, room_between(core, a, b))) a.near = b.near = true;
+    }
     for_each_index(
         0, part_count_, stop,
         [&](std::size_t i) { bound(core, trees[number_of(parts_[i].part)], parts_[i], piece, stop); }, 1);
@@ -285,7 +319,8 @@ template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<KDop18
 
 std::size_t TurningStage::memory_bytes() const {
   std::size_t bytes = held_bytes(pairs_, others_, named_, parts_);
-  for (const Part& part : parts_) bytes += held_bytes(part.at, part.nodes, part.blocks, part.primitives);
+  for (const Part& part : parts_)
+    bytes += held_bytes(part.at, part.at_times, part.nodes, part.blocks, part.primitives);
   return bytes;
 }
 

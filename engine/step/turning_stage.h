@@ -55,7 +55,10 @@ class TurningStage {
   struct Part {
     PartId part;
     bool rests = false;                     ///< its boxes are those of every piece
+    bool bounded = false;                   ///< its boxes are those of some piece
+    bool near = false;                      ///< it is near another one in the piece in hand
     std::vector<std::array<double, 3>> at;  ///< by time and vertex, of one that turns
+    std::vector<Box> at_times;              ///< by time: of all vertices
     std::vector<Box> nodes;                 ///< of the piece in hand
     std::vector<Box> blocks;                ///< the same, of blocks of its leaves
     std::vector<Box> primitives;            ///< by place in the hierarchy's order
@@ -74,6 +77,8 @@ class TurningStage {
   std::uint64_t traverse(const Core& core, std::span<const Bvh<Bounds>> trees, const NearPair& pair,
                          int piece, PairTester& tester, StopSignal stop);
   double room_between(const Core& core, const Part& a, const Part& b) const;
+  static bool are_near(const Part& a, const Part& b, int piece, double room);
+  double time_of(std::size_t k) const { return static_cast<double>(k) / pieces_; }
 
   std::vector<NearPair> pairs_;
   std::vector<NearPair> others_;
