@@ -194,7 +194,10 @@ void Bvh<Bounds>::change(const Scene& scene, const TreeShape& new_shape, std::ve
   order = std::move(new_order);
   leaves.shared = std::move(new_shared);
   list_leaves(stop);
-  motion.renewed = holders_of(changed_blocks, shape, stop);
+  // Of an earlier change, too, of which no refit has come to its end.
+  std::vector<std::uint8_t> renewed = holders_of(changed_blocks, shape, stop);
+  for (std::size_t node = 0; node < motion.renewed.size(); ++node) renewed[node] |= motion.renewed[node];
+  motion.renewed = std::move(renewed);
   PacedStop paced(stop, 256);
   const Csr before = std::exchange(travel.block_vertices, {});
   Csr& vertices = travel.block_vertices;

@@ -15,6 +15,13 @@ SUFFIX = ".shm"  # behind the path of the daemon's address
 _BINDING = 2.0  # seconds
 
 
+class _Socket(socket.socket):
+    """Closed when nobody refers to it any more: who shuts it cannot know whether another thread still reads."""
+
+    def __del__(self) -> None:
+        self.close()
+
+
 class PacketChannel:
     """`region`: whose blocks frames may be in."""
 
@@ -23,7 +30,7 @@ class PacketChannel:
     def __init__(self, path: str, session_id: str, token: bytes, size: int) -> None:
         """Binds the stream of which the daemon offered the token. OSError where that cannot be, for whatever reason."""
         self._refused = False
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._socket = _Socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
             self._socket.settimeout(_BINDING)
             self._socket.connect(path)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Memory shared with the daemon: the same bits as without, and answers that nobody changes while they are held."""
 import gc
+import warnings
 
 import numpy as np
 import pytest
@@ -57,6 +58,19 @@ def test_every_question_has_the_same_answer(both):
         assert np.array_equal(tangles[0].edges, tangles[1].edges) and np.array_equal(tangles[0].faces, tangles[1].faces)
         far = [session.max_step(waves(frame + 1)).fraction for session in both]
         assert far[0] == far[1]
+
+
+def test_a_closed_session_has_closed_its_socket(daemon):
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always", ResourceWarning)
+        with warmfront.connect(daemon.address) as client:
+            with client.session(waves(0), sheet_faces(), options=OPTIONS) as session:
+                assert region_of(session) is not None
+                session.step(waves(1))
+            del session
+        del client
+        gc.collect()
+    assert [str(one.message) for one in warned] == []
 
 
 def test_an_answer_stays_as_it_is(both):
