@@ -81,7 +81,9 @@ void end_tidily() {
     if (sigaction(number, nullptr, &before) != 0 || before.sa_handler == SIG_IGN) continue;
     struct sigaction action {};
     action.sa_handler = heed;
-    action.sa_flags = static_cast<int>(SA_RESTART | SA_RESETHAND);
+    action.sa_flags = SA_RESTART;
+    // Somebody who asks a second time waits no more. A pipe that nobody reads asks at each write.
+    if (number != SIGPIPE) action.sa_flags |= static_cast<int>(SA_RESETHAND);
     sigaction(number, &action, nullptr);
   }
 }

@@ -7,8 +7,8 @@ namespace warmfront::client {
 /// From now on SIGINT, SIGTERM, SIGHUP and SIGPIPE end the process as they would by themselves, with the same
 /// status, but first what is staged (StagedFile) is removed, stdout is flushed, between two rows, and stderr
 /// is told which signal it was and what was not written (not of SIGPIPE). Waits for a row a second at most; a
-/// second signal of the kind ends the process at once. Signals that are ignored stay ignored. Call it once,
-/// before other threads.
+/// second signal of the kind, but SIGPIPE, ends the process at once. Signals that are ignored stay ignored.
+/// Call it once, before other threads.
 void end_tidily();
 
 /// Holds stdout for a row that is printed in several calls.

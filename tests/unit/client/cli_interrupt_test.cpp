@@ -151,11 +151,14 @@ TEST(CliInterrupt, RowsOnStdoutAreWhole) {
 
 TEST(CliInterrupt, AReaderThatLeavesEndsItTidily) {
   const TemporaryFolder folder;
-  const Outcome outcome =
-      run("detect '" + std::string(kLong) + "' --contacts " + folder.file("c.csv"), "2>&1 | head -2");
-  EXPECT_EQ(outcome.code, 0) << "of head";
-  EXPECT_THAT(outcome.out, HasSubstr("frame"));
-  EXPECT_EQ(names_in(folder.path()), std::vector<std::string>());
+  // Often, because a row may follow at once: it found the pipe closed, too, and ended the process.
+  for (int i = 0; i < 20; ++i) {
+    const Outcome outcome =
+        run("detect '" + std::string(kLong) + "' --contacts " + folder.file("c.csv"), "2>&1 | head -2");
+    EXPECT_EQ(outcome.code, 0) << "of head";
+    EXPECT_THAT(outcome.out, HasSubstr("frame"));
+    ASSERT_EQ(names_in(folder.path()), std::vector<std::string>());
+  }
 }
 
 TEST(CliInterrupt, AMergeLeavesNothingBeside) {
