@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/parallel/large_pages.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
