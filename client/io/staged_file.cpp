@@ -32,9 +32,9 @@ Staged& staged_now() {
   return *all;
 }
 
-/// Six characters of mkdtemp() behind it.
+/// Six characters of mkdtemp() behind it. It says whose it is: what is abandoned is removed.
 std::string folder_prefix(const fs::path& target) {
-  return "." + target.filename().string() + ".";
+  return "." + target.filename().string() + ".warmfront-";
 }
 
 /// A descriptor that holds the folder's lock, which its process has until it ends; -1 where another one has

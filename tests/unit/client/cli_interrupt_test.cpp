@@ -121,13 +121,16 @@ TEST(CliInterrupt, WhatAKilledProcessLeavesTheNextOneRemoves) {
   EXPECT_EQ(killed.ended_by(), SIGKILL);
   EXPECT_EQ(names_in(folder.path()).size(), 2u);
   fs::create_directory(folder.file(".c.csv.mine"));
+  fs::create_directory(folder.file(".c.csv.backup"));
+  folder.write(".c.csv.backup/c.csv", "mine\n");
   EXPECT_EQ(run("detect 'builtin:cloth-ball?triangles=1000&frames=3' --contacts " + file).code, 0);
-  EXPECT_EQ(names_in(folder.path()).size(), 3u) << "the other one's, and what is no folder of ours, stay";
+  EXPECT_EQ(names_in(folder.path()).size(), 4u) << "the other one's, and what are no folders of ours, stay";
   const std::string written = folder.read("c.csv");
   EXPECT_FALSE(written.empty());
   other.signal(SIGINT);
   EXPECT_EQ(other.ended_by(), SIGINT);
-  EXPECT_EQ(names_in(folder.path()), (std::vector<std::string>{".c.csv.mine", "c.csv"}));
+  EXPECT_EQ(names_in(folder.path()), (std::vector<std::string>{".c.csv.backup", ".c.csv.mine", "c.csv"}));
+  EXPECT_EQ(folder.read(".c.csv.backup/c.csv"), "mine\n");
   EXPECT_EQ(folder.read("c.csv"), written);
 }
 
