@@ -66,6 +66,13 @@ std::array<double, 4> quaternion_of(const std::array<double, 9>& r) {
   return q;
 }
 
+// 1 / (2 k + 1).
+constexpr auto kTangent = [] {
+  std::array<double, 16> of{};
+  for (std::size_t k = 0; k < of.size(); ++k) of[k] = 1.0 / static_cast<double>(2 * k + 1);
+  return of;
+}();
+
 // The angle of the point (x, y) with y >= 0, x >= 0: its tangent is halved three times, then the series of
 // the arc tangent serves. Libraries' own functions differ from machine to machine.
 double angle_of(double x, double y) {
@@ -73,28 +80,34 @@ double angle_of(double x, double y) {
   for (int halved = 0; halved < 2; ++halved) t = t / (1 + std::sqrt(1 + t * t));
   const double square = t * t;
   double series = 0;
-  for (int k = 15; k >= 0; --k) series = 1.0 / (2 * k + 1) - square * series;
+  for (std::size_t k = kTangent.size(); k-- > 0;) series = kTangent[k] - square * series;
   return 8 * (t * series);
 }
 
 /// What each term of a series is of the one before it, without the argument.
-constexpr int kTerms = 14;
+constexpr std::size_t kTerms = 14;
 using Ratios = std::array<double, kTerms>;
 template <class Ratio>
 constexpr Ratios ratios_of(Ratio ratio) {
   Ratios ratios{};
-  for (int k = 1; k <= kTerms; ++k) ratios[static_cast<std::size_t>(k - 1)] = ratio(k);
+  for (std::size_t k = 0; k < kTerms; ++k) ratios[k] = ratio(static_cast<double>(k + 1));
   return ratios;
 }
-constexpr Ratios kVersine = ratios_of([](int k) { return 1.0 / ((2 * k + 1) * (2 * k + 2)); });
-constexpr Ratios kLag = ratios_of([](int k) { return 1.0 / ((2 * k + 2) * (2 * k + 3)); });
-constexpr Ratios kCotangent =
-    ratios_of([](int k) { return (k + 1.0) / (k * (2.0 * k + 3) * (2.0 * k + 4)); });
+constexpr Ratios kVersine = ratios_of([](double k) { return 1.0 / ((2 * k + 1) * (2 * k + 2)); });
+constexpr Ratios kLag = ratios_of([](double k) { return 1.0 / ((2 * k + 2) * (2 * k + 3)); });
+constexpr Ratios kCotangent = ratios_of([](double k) { return (k + 1) / (k * (2 * k + 3) * (2 * k + 4)); });
 
-// An alternating series in z, up to pi^2, whose terms fall as factorials: what is left out is below 2^-60.
+// How many terms leave out less than 2^-58 of the first: that is z^k 2 / (2 k + 2)! at most, after k.
+std::size_t terms_for(double z) {
+  if (z <= 0x1p-4) return 7;
+  if (z <= 0.5) return 9;
+  return z <= 2.75 ? 11 : kTerms;
+}
+
+// An alternating series in z, up to pi^2, whose terms fall as factorials.
 double alternating(double z, double first, const Ratios& ratios) {
   double series = 1;
-  for (int k = kTerms; k >= 1; --k) series = 1 - (z * ratios[static_cast<std::size_t>(k - 1)]) * series;
+  for (std::size_t k = terms_for(z); k-- > 0;) series = 1 - (z * ratios[k]) * series;
   return first * series;
 }
 
@@ -140,9 +153,18 @@ Twist twist_between(const Pose& from, const Pose& to) {
 }
 
 ArcShares arc_shares(const Twist& twist, double s) {
+  return arc_rates(twist, s).shares;
+}
+
+// sin(a s) / a = s (1 - (a s)^2 lag).
+ArcRates arc_rates(const Twist& twist, double s) {
+  if (s == 0) return {{}, {-twist.chord_bend, -twist.chord_turn}};
   const double square = s * s;
   const double z = twist.angle_squared * square;
-  return {square * versine(z) - s * twist.chord_bend, (square * s) * lag(z) - s * twist.chord_turn};
+  const double of_z = lag(z);
+  const double bend = square * versine(z);
+  return {{bend - s * twist.chord_bend, (square * s) * of_z - s * twist.chord_turn},
+          {s * (1 - z * of_z) - twist.chord_bend, bend - twist.chord_turn}};
 }
 
 // The bend is affine in x = R0 X + t0: of a column of R0 it is angular x (angular x column), of t0, the

@@ -47,6 +47,13 @@ struct ArcShares {
 /// By their power series; within 2^-49.
 ArcShares arc_shares(const Twist& twist, double s);
 
+/// The same, and how they change: B' (s) - B(1) and C' (s) - C(1), with B' = sin(a s) / a and C' = B.
+struct ArcRates {
+  ArcShares shares;
+  ArcShares rates;
+};
+ArcRates arc_rates(const Twist& twist, double s);
+
 /// Where a body is `fraction` of the way along the screw from one pose to another, each number by the formula
 /// above, in double, in a stated order: `to` itself at fraction 1 and `from` itself at 0. With `single` each
 /// number is then rounded to the nearest float32. Numbers that would not be finite are those of part_way().

@@ -19,6 +19,10 @@ using namespace turning;
 
 namespace {
 
+// Each leads to the middle of some piece, from where widths double again: 26 times at most, so that all
+// pieces of a pair whose chords are apart in pieces of 2^-5 or shorter stay fewer than kMostPieces.
+constexpr int kMostAdvances = 16;
+
 /// Both primitives, whose vertices are at any time where their paths lead.
 class Chords {
  public:
@@ -37,6 +41,30 @@ class Chords {
   /// No point of a side is farther from its line.
   double arc_of_side(std::size_t which) const { return bend_of(which) / 8 + rounding_of(which); }
 
+  /// A time, from `begin` on, up to which the arcs certainly stay farther apart than `separation`:
+  /// conservative advancement (Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996, 2.3.2).
+  /// The direction between the closest points keeps them apart for as long as what they have in it lasts
+  /// against their velocity and the greatest second derivative. Ends where it gains less than `least`.
+  double apart_until(double begin, double separation, const Margins& margins, double least) const {
+    if (!squares_serve(margins) || !(separation < 0x1p300)) return begin;
+    const double kept = separation + 16 * margins.rounding + 0x1p-40 * margins.size;
+    double s = begin;
+    for (int k = 0; k < kMostSteps && s < 1; ++k) {
+      const double more = kept_apart(s, kept, margins.bend);
+      if (more > 0) s = time_of(s, std::min(more, 1.0));
+      if (!(more >= least)) break;
+    }
+    return s;
+  }
+
+  /// Are points of both, at time s on their lines, certainly no farther apart than that?
+  bool lines_come_within(double s, double distance, const Margins& margins) const {
+    if (!squares_serve(margins)) return false;
+    std::array<Vec3, 4> at;
+    for (std::size_t k = 0; k < 4; ++k) at[k] = paths_[k].from_base(s, {});
+    return norm(between(at)) + 0x1p-40 * margins.size < distance;
+  }
+
   Verdict test(double begin, double width, const CertifiedOptions& options) const {
     const ArcShares from[2] = {shares_at(pair_.first, begin), shares_at(pair_.second, begin)};
     const ArcShares to[2] = {shares_at(pair_.first, begin + width), shares_at(pair_.second, begin + width)};
@@ -50,6 +78,51 @@ class Chords {
   }
 
  private:
+  static constexpr int kMostSteps = 24;
+
+  // Elsewhere they may overflow or vanish.
+  static bool squares_serve(const Margins& margins) {
+    return margins.size > 0x1p-300 && margins.size < 0x1p300;
+  }
+
+  // From a point of the first, near the closest one, to such a point of the second.
+  Vec3 between(const std::array<Vec3, 4>& at) const {
+    const Vec3 a = at[1] - at[0];
+    const Vec3 b = at[2] - at[0];
+    const Vec3 c = at[3] - at[0];
+    return of_first_ == 1 ? closest_on_triangle(a, b, c) : closest_between_edges(a, b, c);
+  }
+
+  // For how long, after s, a direction keeps the arcs farther apart than `kept`. Of a gap f between vertices,
+  // f(s + h) >= f(s) + h f'(s) - h^2 bend / 2, in a direction of length 1.
+  double kept_apart(double s, double kept, double bend) const {
+    std::array<Vec3, 4> at;
+    std::array<Vec3, 4> velocity;
+    const ArcRates of[2] = {rates_at(pair_.first, s), rates_at(pair_.second, s)};
+    for (std::size_t k = 0; k < 4; ++k) {
+      at[k] = paths_[k].from_base(s, of[side(k)].shares);
+      velocity[k] = paths_[k].velocity(of[side(k)].rates);
+    }
+    const Vec3 direction = normalised(between(at));
+    const double length = norm(direction);
+    if (!(length > 0)) return 0;
+    const double against = bend * length * (1 + 0x1p-40);
+    double least = 2;
+    for (std::size_t i = 0; i < of_first_; ++i) {
+      for (std::size_t j = of_first_; j < 4; ++j) {
+        const double left = dot(direction, at[j] - at[i]) - kept * length;
+        if (!(left > 0)) return 0;
+        const double rate = dot(direction, velocity[j] - velocity[i]);
+        const double root = std::sqrt(rate * rate + 2 * against * left);
+        if (rate < 0)
+          least = std::min(least, 2 * left / (root - rate));
+        else if (against > 0)
+          least = std::min(least, (root + rate) / against);
+      }
+    }
+    return least * (1 - 0x1p-40);
+  }
+
   std::size_t side(std::size_t k) const { return k < of_first_ ? 0 : 1; }
   Path path(std::size_t k) const {
     return {*pair_.features.vertex[k], side(k) == 0 ? pair_.first : pair_.second, base_};
@@ -62,11 +135,13 @@ class Chords {
     return bend;
   }
   double rounding_of(std::size_t which) const {
-    double rounding = 0;
+    const Twist* twist = which == 0 ? pair_.first : pair_.second;
+    if (twist == nullptr) return 0;
+    double away = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      if (side(k) == which) rounding = std::max(rounding, paths_[k].rounding);
+      if (side(k) == which) away = std::max(away, from_centre(*pair_.features.vertex[k], *twist));
     }
-    return rounding;
+    return rounding_of_bend(*twist, away);
   }
 
   const TurningPair& pair_;
@@ -79,9 +154,17 @@ class Chords {
 Verdict search_pair(const TurningPair& pair, const CertifiedOptions& options) {
   const Chords chords(pair);
   const Margins margins = chords.margins();
+  if (!margins.finite()) return {true, ContactStatus::kOverlapAtStart, 0};
   CertifiedOptions of_piece = options;
   of_piece.latest = 1;
   const double resolution = options.tolerance * margins.size;
+  const double finest = margins.finest(resolution);
+  int advances = 0;
+  const auto advance = [&](double begin) {
+    if (++advances > kMostAdvances || begin >= 1) return begin;
+    const double until = chords.apart_until(begin, options.min_separation, margins, finest);
+    return std::max(begin, std::floor(until / finest) * finest);
+  };
   const auto reports = [&](double begin, double width, double margin) {
     // A piece that is halved where it reports need not say so precisely. Of the whole motion all is told, so
     // that what culls leave out ends there.
@@ -98,7 +181,13 @@ Verdict search_pair(const TurningPair& pair, const CertifiedOptions& options) {
     const Verdict verdict = chords.test(begin, width, of_piece);
     return verdict.contact && verdict.status == ContactStatus::kHit;
   };
-  return search(margins, resolution, options.latest, reports, proves);
+  const Verdict verdict = search(margins, resolution, finest, options.latest, advance, reports, proves);
+  // What culls leave out is told by the whole motion, of which the test misses nothing.
+  if (!verdict.contact || finest == 1) return verdict;
+  const double whole = margins.of(1);
+  if (chords.lines_come_within(verdict.toi, finite_sum(options.min_separation, whole), margins))
+    return verdict;
+  return reports(0, 1, whole).contact ? verdict : Verdict{};
 }
 
 // How far points of a side travel at most.

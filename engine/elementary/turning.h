@@ -24,7 +24,8 @@ struct TurningPair {
 /// and s + h every point of a primitive is within h^2 |p| / 8 of where its chord has it (screw.h), since a
 /// point of a face is the same mean of its corners on the arc and on the chord. So if the chords stay farther
 /// apart than that of both primitives beyond the separation, by certified_test(), the arcs do; else the piece
-/// is halved, the earlier half first, until its arcs are within the tolerance of their chords.
+/// is halved, the earlier half first, until its arcs are within the tolerance of their chords. The first
+/// piece begins where conservative advancement along the arcs ends.
 ///
 /// As certified_test():
 ///   - contact == false only if the primitives stay farther apart than `min_separation` throughout [0,

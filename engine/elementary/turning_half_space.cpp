@@ -19,7 +19,10 @@ namespace {
 class HalfSpaceChords {
  public:
   HalfSpaceChords(const VertexMotion& vertex, const Twist& twist, const HalfSpaceMotion& half_space)
-      : twist_(twist), path_(vertex, &twist, vertex.t0), half_space_(half_space) {
+      : twist_(twist),
+        path_(vertex, &twist, vertex.t0),
+        rounding_(rounding_of_bend(twist, from_centre(vertex, twist))),
+        half_space_(half_space) {
     for (Vector& point : half_space_.point) {
       for (std::size_t k = 0; k < 3; ++k) point[k] -= vertex.t0[k];
     }
@@ -30,7 +33,7 @@ class HalfSpaceChords {
     Vector way;
     for (std::size_t k = 0; k < 3; ++k) way[k] = to[k] - from[k];
     const double away = std::max(largest(from), largest(to));
-    return {length_above(path_.bend), path_.rounding + 0x1p-46 * away, std::max(path_.size(), largest(way))};
+    return {length_above(path_.bend), rounding_ + 0x1p-46 * away, std::max(path_.size(), largest(way))};
   }
 
   VertexMotion vertex(double begin, double width) const {
@@ -52,6 +55,7 @@ class HalfSpaceChords {
  private:
   const Twist& twist_;
   Path path_;
+  double rounding_;
   HalfSpaceMotion half_space_;
 };
 
@@ -75,7 +79,9 @@ Verdict search_half_space(const VertexMotion& vertex, const Twist& twist, const 
                  chord.t1[2] - then.point[1][2]};
     return dot(n, d) / norm(n) + 2 * margin + 0x1p-40 * max_abs(d) < options.min_separation;
   };
-  return search(margins, options.tolerance * margins.size, options.latest, reports, proves);
+  if (!margins.finite()) return {true, ContactStatus::kOverlapAtStart, 0};
+  const auto advance = [](double begin) { return begin; };
+  return search(margins, options.tolerance * margins.size, 1, options.latest, advance, reports, proves);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "engine/elementary/query.h"
 #include "engine/elementary/turning.h"
+#include "engine/elementary/vec3.h"
 #include "engine/elementary/verdict.h"
 #include "engine/motion/arcs.h"
 #include "engine/motion/longest_way.h"
@@ -38,15 +39,12 @@ struct Path {
   Vector way;
   Vector bend{};
   Vector turn{};
-  double rounding = 0;  // what the bend is off by, at most
 
   Path(const VertexMotion& vertex, const Twist* twist, const std::array<double, 4>& base)
       : start(minus(vertex.t0, base)), way(minus(vertex.t1, vertex.t0)) {
     if (twist == nullptr) return;
     const Vector x{vertex.t0[0], vertex.t0[1], vertex.t0[2]};
     bend = twist->bend_at(x);
-    rounding = rounding_of_bend(
-        *twist, length_above({x[0] - twist->centre[0], x[1] - twist->centre[1], x[2] - twist->centre[2]}));
     const Vector& a = twist->angular;
     turn = {a[1] * bend[2] - a[2] * bend[1], a[2] * bend[0] - a[0] * bend[2],
             a[0] * bend[1] - a[1] * bend[0]};
@@ -59,12 +57,29 @@ struct Path {
     return x;
   }
 
+  Vec3 from_base(double s, const ArcShares& shares) const {
+    const std::array<double, 4> x = at(s, shares);
+    return {x[0], x[1], x[2]};
+  }
+  Vec3 velocity(const ArcShares& rates) const {
+    Vec3 v;
+    v.x = way[0] + (rates.of_bend * bend[0] + rates.of_turn * turn[0]);
+    v.y = way[1] + (rates.of_bend * bend[1] + rates.of_turn * turn[1]);
+    v.z = way[2] + (rates.of_bend * bend[2] + rates.of_turn * turn[2]);
+    return v;
+  }
+
   double size() const {
     Vector end;
     for (std::size_t k = 0; k < 3; ++k) end[k] = start[k] + way[k];
     return std::max(largest(start), largest(end));
   }
 };
+
+/// How far a vertex begins from the centre of a twist, rounded up.
+inline double from_centre(const VertexMotion& vertex, const Twist& twist) {
+  return length_above(minus(vertex.t0, {twist.centre[0], twist.centre[1], twist.centre[2], 0}));
+}
 
 inline ArcShares shares_at(const Twist* twist, double s) {
   return twist == nullptr ? ArcShares{} : arc_shares(*twist, s);
@@ -82,6 +97,12 @@ struct Margins {
   }
   bool finite() const { return std::isfinite(size) && std::isfinite(rounding) && std::isfinite(bend); }
   double of(double width) const { return (width * width * bend / 8) * (1 + 0x1p-50) + rounding; }
+  /// The length of the longest pieces whose chords are within `resolution` of their arcs, or kShortest.
+  double finest(double resolution) const {
+    double width = 1;
+    while (width > kShortest && of(width) - rounding > resolution) width /= 2;
+    return width;
+  }
 };
 
 /// The length of the piece that comes next, after all that lie before `begin` in (0, 1): what was halved last
@@ -89,6 +110,10 @@ struct Margins {
 inline double width_after(double begin) {
   const auto units = static_cast<std::uint64_t>(std::ldexp(begin, kHalvings));
   return std::ldexp(1.0, std::countr_zero(units) - kHalvings);
+}
+
+inline ArcRates rates_at(const Twist* twist, double s) {
+  return twist == nullptr ? ArcRates{} : arc_rates(*twist, s);
 }
 
 // A sum of two times, rounded down.
@@ -101,25 +126,25 @@ inline double finite_sum(double a, double b) {
   return std::min(a + b, std::numeric_limits<double>::max());
 }
 
-/// The pieces, the earliest first, until one reports whose arcs are within `resolution` of their chords.
-/// `reports(begin, width, margin)` tests a piece's chords, of which times are [0, 1], for coming
-/// within the margin beyond the separation; `proves(begin, width, margin)` whether they come nearer than that
-/// before it.
-template <class Reports, class Proves>
-Verdict search(const Margins& margins, double resolution, double latest, Reports&& reports, Proves&& proves) {
-  if (!margins.finite()) return {true, ContactStatus::kOverlapAtStart, 0};
-  double begin = 0;
-  double width = 1;
-  for (int pieces = 1; begin <= latest; ++pieces) {
+/// The pieces, the earliest first and `first` long, until one reports whose arcs are within `resolution` of
+/// their chords. `advance(begin)` is a time, a whole multiple of `first`, up to which nothing comes within
+/// the separation; `reports(begin, width, margin)` tests a piece's chords, of which times are [0, 1], for
+/// coming within the margin beyond the separation; `proves(begin, width, margin)` whether they come nearer
+/// than that before it.
+template <class Advance, class Reports, class Proves>
+Verdict search(const Margins& margins, double resolution, double first, double latest, Advance&& advance,
+               Reports&& reports, Proves&& proves) {
+  double begin = advance(0.0);
+  double width = first;
+  for (int pieces = 1; begin <= latest && begin < 1; ++pieces) {
     if (pieces > kMostPieces) return Verdict::at(begin, ContactStatus::kBudget);
     const double margin = margins.of(width);
     // All of it: what is first in a piece may be found earlier in a part of it, by rounding, and must not
     // depend on what else is asked about.
     const Verdict verdict = reports(begin, width, margin);
     if (!verdict.contact) {
-      begin += width;
-      if (begin >= 1) return {};
-      width = width_after(begin);
+      begin = advance(begin + width);
+      if (begin < 1) width = std::min(width_after(begin), 2 * width);
     } else if (width > kShortest && margin - margins.rounding > resolution) {
       width /= 2;
       if (verdict.toi >= 0.5) begin += width;  // nothing was found before

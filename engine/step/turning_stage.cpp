@@ -77,9 +77,25 @@ void TurningStage::take(const Core& core, std::span<const NearPair> near, StopSi
   while (pieces_ < kMostPiecesOfStep && most > kAngle * pieces_) pieces_ *= 2;
 }
 
-TurningStage::Part& TurningStage::of(PartId part) {
-  return *std::lower_bound(parts_.begin(), parts_.begin() + static_cast<std::ptrdiff_t>(part_count_), part,
-                           [](const Part& one, PartId p) { return one.part < p; });
+// Sums of larger coordinates may overflow: of these nothing is told.
+constexpr double kMostReach = 0x1p1000;
+
+void TurningStage::take_met(const Core& core, StopSignal stop) {
+  const auto index_of = [this](PartId part) {
+    return static_cast<std::uint32_t>(std::ranges::lower_bound(named_, part) - named_.begin());
+  };
+  met_.clear();
+  PacedStop paced(stop);
+  for (const NearPair& pair : pairs_) {
+    paced.check();
+    const std::uint32_t i = index_of(pair.parts.a);
+    const std::uint32_t j = index_of(pair.parts.b);
+    const Part& a = parts_[i];
+    const Part& b = parts_[j];
+    const double room = room_between(core, a, b);
+    if (!(a.reach < kMostReach && b.reach < kMostReach) || near_each_other(a.ever, b.ever, room))
+      met_.push_back({i, j, room});
+  }
 }
 
 void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
@@ -116,7 +132,7 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
       add(part.at_times[k], {at, at});
     }
   }
-  const Box all = around(part.at_times, 0, static_cast<std::uint32_t>(times));
+  const Box& all = part.ever = around(part.at_times, 0, static_cast<std::uint32_t>(times));
   part.size = 0;
   part.reach = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -174,13 +190,13 @@ TurningStage::Box TurningStage::box_of(const Core& core, const Part& part, const
 }
 
 // Its vertices' boxes hold all chords of a part in a piece, as the root's does, which is what holds those of
-// its primitives: where these are apart, so are the roots. Of coordinates whose sums may overflow nothing is
-// told.
-bool TurningStage::are_near(const Part& a, const Part& b, int piece, double room) {
-  constexpr double kMostReach = 0x1p1000;
+// its primitives: where these are apart, so are the roots.
+bool TurningStage::are_near(const MetPair& pair, int piece) const {
+  const Part& a = parts_[pair.a];
+  const Part& b = parts_[pair.b];
   if (!(a.reach < kMostReach && b.reach < kMostReach)) return true;
   const auto k = static_cast<std::uint32_t>(piece);
-  return near_each_other(around(a.at_times, k, k + 2), around(b.at_times, k, k + 2), room);
+  return near_each_other(around(a.at_times, k, k + 2), around(b.at_times, k, k + 2), pair.room);
 }
 
 template <class Bounds>
@@ -213,20 +229,21 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
 
 template <class Bounds>
 std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bounds>> trees,
-                                     const NearPair& pair, int piece, PairTester& tester, StopSignal stop) {
-  const Part& a = of(pair.parts.a);
-  const Part& b = of(pair.parts.b);
-  const double room = room_between(core, a, b);
-  if (!are_near(a, b, piece, room)) return 1;  // as the roots say
+                                     const MetPair& pair, int piece, PairTester& tester,
+                                     StopSignal stop) const {
+  const Part& a = parts_[pair.a];
+  const Part& b = parts_[pair.b];
+  const double room = pair.room;
+  if (!are_near(pair, piece)) return 1;  // as the roots say
   if (a.nodes.empty() || b.nodes.empty()) return 0;
-  const Bvh<Bounds>& tree_a = trees[number_of(pair.parts.a)];
-  const Bvh<Bounds>& tree_b = trees[number_of(pair.parts.b)];
+  const Bvh<Bounds>& tree_a = trees[number_of(a.part)];
+  const Bvh<Bounds>& tree_b = trees[number_of(b.part)];
   const TreeShape& of_a = tree_a.shape;
   const TreeShape& of_b = tree_b.shape;
   const Scene& scene = core.topology->scene;
   std::uint64_t tests = 0;
   PacedStop paced(stop);
-  tester.begin_leaves(pair.parts.a, pair.parts.b);
+  tester.begin_leaves(a.part, b.part);
   // Were they tested in a piece before?
   const auto tested = [&](Primitive x, Primitive y) {
     const Face of_x = primitive_vertices(scene, x);
@@ -292,22 +309,21 @@ std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> t
   for (const PartId part : named_) take(part);
   for_each_index(
       0, part_count_, stop, [&](std::size_t i) { place(core, parts_[i], stop); }, 1);
-  std::atomic<std::uint64_t> tests = 0;
+  take_met(core, stop);
+  std::atomic<std::uint64_t> tests = pairs_.size() - met_.size();
   PacedStop paced(stop);
   for (int piece = 0; piece < pieces_; ++piece) {
     for (std::size_t i = 0; i < part_count_; ++i) parts_[i].near = false;
-    for (const NearPair& pair : pairs_) {
+    for (const MetPair& pair : met_) {
       paced.check();
-      Part& a = of(pair.parts.a);
-      Part& b = of(pair.parts.b);
-      if (are_near(a, b, piece, room_between(core, a, b))) a.near = b.near = true;
+      if (are_near(pair, piece)) parts_[pair.a].near = parts_[pair.b].near = true;
     }
     for_each_index(
         0, part_count_, stop,
         [&](std::size_t i) { bound(core, trees[number_of(parts_[i].part)], parts_[i], piece, stop); }, 1);
     for_each_index(
-        0, pairs_.size(), stop,
-        [&](std::size_t i) { tests += traverse(core, trees, pairs_[i], piece, narrow.tester(), stop); }, 1);
+        0, met_.size(), stop,
+        [&](std::size_t i) { tests += traverse(core, trees, met_[i], piece, narrow.tester(), stop); }, 1);
   }
   return tests;
 }
@@ -318,7 +334,7 @@ template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<KDop18
                                          StopSignal);
 
 std::size_t TurningStage::memory_bytes() const {
-  std::size_t bytes = held_bytes(pairs_, others_, named_, parts_);
+  std::size_t bytes = held_bytes(pairs_, others_, met_, named_, parts_);
   for (const Part& part : parts_)
     bytes += held_bytes(part.at, part.at_times, part.nodes, part.blocks, part.primitives);
   return bytes;

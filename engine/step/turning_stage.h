@@ -59,6 +59,7 @@ class TurningStage {
     bool near = false;                      ///< it is near another one in the piece in hand
     std::vector<std::array<double, 3>> at;  ///< by time and vertex, of one that turns
     std::vector<Box> at_times;              ///< by time: of all vertices
+    Box ever;                               ///< around these
     std::vector<Box> nodes;                 ///< of the piece in hand
     std::vector<Box> blocks;                ///< the same, of blocks of its leaves
     std::vector<Box> primitives;            ///< by place in the hierarchy's order
@@ -67,21 +68,29 @@ class TurningStage {
     double reach = 0;                       ///< no coordinate is larger in magnitude
   };
 
-  Part& of(PartId part);
+  /// Two parts that come near each other, by all pieces together.
+  struct MetPair {
+    std::uint32_t a;  ///< index in parts_
+    std::uint32_t b;
+    double room;  ///< between boxes
+  };
+
+  void take_met(const Core& core, StopSignal stop);
   void place(const Core& core, Part& part, StopSignal stop) const;
   std::array<double, 3> position(const Core& core, const Part& part, std::uint32_t v, int time) const;
   Box box_of(const Core& core, const Part& part, const Face& vertices, int piece) const;
   template <class Bounds>
   void bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece, StopSignal stop) const;
   template <class Bounds>
-  std::uint64_t traverse(const Core& core, std::span<const Bvh<Bounds>> trees, const NearPair& pair,
-                         int piece, PairTester& tester, StopSignal stop);
+  std::uint64_t traverse(const Core& core, std::span<const Bvh<Bounds>> trees, const MetPair& pair, int piece,
+                         PairTester& tester, StopSignal stop) const;
   double room_between(const Core& core, const Part& a, const Part& b) const;
-  static bool are_near(const Part& a, const Part& b, int piece, double room);
+  bool are_near(const MetPair& pair, int piece) const;
   double time_of(std::size_t k) const { return static_cast<double>(k) / pieces_; }
 
   std::vector<NearPair> pairs_;
   std::vector<NearPair> others_;
+  std::vector<MetPair> met_;
   std::vector<PartId> named_;
   std::vector<Part> parts_;  // of these pairs, by number; then some that were
   std::size_t part_count_ = 0;

@@ -62,6 +62,25 @@ StepResult step_of(Collider& collider, double angle) {
 // On the arc at 60 degrees, near the middle of the chord of 120, and beyond both.
 const std::vector<double> kThree{2 * 0.5, 2 * 0.8660254037844386, 0, 0.25, 0.43, 0, 1.2, 2.2, 0};
 
+// At angles on both sides of where the series take more terms, and at the largest one. (Sines of long doubles
+// lose some 20 bits of them to differences of nearly equal numbers, at small angles.)
+TEST(Twists, SharesAndTheirRatesAreThoseOfSinesAndCosines) {
+  for (const double angle : {0.1, 0.24, 0.26, 0.7, 0.71, 1.65, 1.66, 2.5, kPi}) {
+    const Twist twist = twist_between(Pose{}, turned(angle));
+    const long double a = angle;
+    const auto bend = [a](long double s) { return (1 - std::cos(a * s)) / (a * a); };
+    const auto turn = [a](long double s) { return (a * s - std::sin(a * s)) / (a * a * a); };
+    for (const double s : {0.0, 0x1p-6, 0.3, 0.5, 0.9, 1.0}) {
+      const auto [shares, rates] = arc_rates(twist, s);
+      constexpr double kOff = 0x1p-40;
+      EXPECT_NEAR(shares.of_bend, static_cast<double>(bend(s) - s * bend(1)), kOff) << angle << " at " << s;
+      EXPECT_NEAR(shares.of_turn, static_cast<double>(turn(s) - s * turn(1)), kOff) << angle << " at " << s;
+      EXPECT_NEAR(rates.of_bend, static_cast<double>(std::sin(a * s) / a - bend(1)), kOff);
+      EXPECT_NEAR(rates.of_turn, static_cast<double>(bend(s) - turn(1)), kOff) << angle << " at " << s;
+    }
+  }
+}
+
 TEST(ScrewBodies, MeetOnTheirArcsWhatLinesMissAndMissWhatLinesInvent) {
   const ColliderOptions options{.min_separation = 0.01};
   Collider screw = made(hand_and(3, true), kThree, options).value();
