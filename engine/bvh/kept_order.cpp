@@ -57,6 +57,45 @@ std::uint32_t nearest(std::uint32_t block, std::uint32_t count, Holds&& holds) {
   return count;
 }
 
+// Some blocks that held primitives of a vertex.
+class BlocksAround {
+ public:
+  void add(std::uint32_t block) {
+    if (count_ < blocks_.size() && !holds(block)) blocks_[count_++] = block;
+  }
+  bool holds(std::uint32_t block) const { return std::ranges::find(blocks(), block) != blocks().end(); }
+  std::span<const std::uint32_t> blocks() const { return std::span(blocks_).first(count_); }
+
+ private:
+  std::array<std::uint32_t, 6> blocks_{};
+  std::size_t count_ = 0;
+};
+
+// Where something new belongs, by the blocks around its vertices: to one that held most of them; of these,
+// where there is the most room, so that what comes fills what went. Else to one near by; the count of blocks
+// for none.
+std::uint32_t block_for(std::span<const BlocksAround* const> of_vertices, std::span<const Block> blocks,
+                        std::uint32_t most) {
+  const auto count = static_cast<std::uint32_t>(blocks.size());
+  const auto has_room = [&](std::uint32_t b) { return blocks[b].count < most; };
+  std::uint32_t best = count;
+  std::uint32_t any = 0;
+  std::ptrdiff_t vertices_of_best = 0;
+  for (const BlocksAround* around : of_vertices) {
+    for (const std::uint32_t b : around->blocks()) {
+      any = b;
+      if (!has_room(b)) continue;
+      const auto vertices =
+          std::ranges::count_if(of_vertices, [b](const BlocksAround* other) { return other->holds(b); });
+      if (vertices < vertices_of_best) continue;
+      if (vertices == vertices_of_best && blocks[b].count >= blocks[best].count) continue;
+      vertices_of_best = vertices;
+      best = b;
+    }
+  }
+  return best != count ? best : nearest(any, count, has_room);
+}
+
 // Which primitives of a body there are, and which of them have a place.
 class Placing {
  public:
@@ -114,10 +153,14 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   lengthen(blocks, count, Block{}, stop);
   std::vector<std::uint8_t> changed;
   lengthen(changed, count, std::uint8_t{0}, stop);
-  // By vertex before, of those of which there may be new primitives: a block that holds it; else none.
+  // By vertex before, of those of which there may be new primitives: where it is in `around`.
   constexpr std::uint32_t kNotAsked = 0xffffffff;
-  std::vector<std::uint32_t> block_of_vertex;
-  lengthen(block_of_vertex, alone.vertex_count(), kNotAsked, stop);
+  std::vector<std::uint32_t> asked;
+  lengthen(asked, alone.vertex_count(), kNotAsked, stop);
+  std::vector<BlocksAround> around;
+  lengthen(around, change.at.size(), BlocksAround{}, stop);
+  std::vector<std::uint32_t> block_of_face;  // before
+  lengthen(block_of_face, part.face_count(), 0U, stop);
   Placing placing(alone, stop);
   PacedStop paced(stop);
   const auto given = [&](std::uint32_t v) {
@@ -127,7 +170,7 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     return number_of(numbering.renumbered(GivenVertex{v + part.features.first_vertex})) -
            part.features.first_vertex;
   };
-  for (const std::uint32_t v : change.at) block_of_vertex[before_of(v)] = count;
+  for (std::uint32_t i = 0; i < change.at.size(); ++i) asked[before_of(change.at[i])] = i;
   // The same primitive as given now, if there is one; faces only where they are left.
   const auto left_of = [&](Primitive p) {
     if (is_face(p)) {
@@ -148,27 +191,33 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     const BlockId block{b};
     for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
       paced.check();
-      for (const std::uint32_t v : primitive_vertices(before, order[i])) {
-        std::uint32_t& block_of = block_of_vertex[v - part.features.first_vertex];
-        if (block_of != kNotAsked) block_of = b;
-      }
       Held one{left_of(order[i])};
-      if (is_gap(one))
-        changed[b] = 1;
-      else if (is_face(one.now))
-        one.face_before = face_number(order[i]) - part.first_face;
+      if (is_gap(one)) changed[b] = 1;
+      if (is_face(order[i])) {
+        const std::uint32_t face = face_number(order[i]) - part.first_face;
+        block_of_face[face] = b;
+        if (!is_gap(one)) one.face_before = face;
+      } else {
+        for (const std::uint32_t v : primitive_vertices(before, order[i])) {
+          const std::uint32_t at = asked[v - part.features.first_vertex];
+          if (at != kNotAsked) around[at].add(b);
+        }
+      }
       blocks[b].put(one);
     }
   }
-  const auto has_room = [&](std::uint32_t b) { return blocks[b].count < most; };
-  const bool all_placed = placing.for_others(change, paced, [&](Primitive p) {
-    const Face vertices = primitive_vertices(alone, p);
-    std::uint32_t block = count;
-    for (const std::uint32_t v : vertices) {
-      const std::uint32_t b = block_of_vertex[before_of(v)];
-      if (has_room(b) && (block == count || blocks[b].count < blocks[block].count)) block = b;
+  for (std::uint32_t i = 0; i < change.at.size(); ++i) {
+    const std::uint32_t v = before_of(change.at[i]) + part.features.first_vertex;
+    for (const std::uint32_t f : before.vertex_faces()[v]) {
+      paced.check();
+      around[i].add(block_of_face[f - part.first_face]);
     }
-    if (block == count) block = nearest(block_of_vertex[before_of(vertices[0])], count, has_room);
+  }
+  const bool all_placed = placing.for_others(change, paced, [&](Primitive p) {
+    std::array<const BlocksAround*, 3> of_vertices;
+    const Face vertices = primitive_vertices(alone, p);
+    for (std::size_t k = 0; k < 3; ++k) of_vertices[k] = &around[asked[before_of(vertices[k])]];
+    const std::uint32_t block = block_for(of_vertices, blocks, most);
     if (block == count) return false;
     blocks[block].add({p});
     changed[block] = 1;

@@ -98,7 +98,7 @@ void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop)
     const std::vector<Primitive> primitives = primitives_of(given);
     const auto count = static_cast<std::uint32_t>(primitives.size());
     // What has changed locally, and found no room, is likely to do so again.
-    part.shape = change && !from.held.order.empty() ? TreeShape::with_room(count, topology_.leaf_size_)
+    part.shape = change && !from.held.order.empty() ? from.held.shape.with_more_room(count)
                                                     : TreeShape(count, topology_.leaf_size_);
     const std::vector<double> positions = from.positions();
     part.order = build_order(given, Motion(positions, stop), part.shape, primitives, stop);

@@ -15,6 +15,7 @@ std::uint32_t shares(std::uint32_t count, std::uint32_t most) {
 TreeShape::TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size, std::uint32_t of_block)
     : primitives_(primitive_count),
       leaf_size_(leaf_size),
+      of_block_(of_block),
       blocks_(std::max(1U, shares(primitive_count, of_block))),
       leaves_(shares(blocks_, std::max(1U, leaf_size / kBlockSize))),
       largest_block_(shares(primitive_count, blocks_)),

@@ -28,9 +28,11 @@ class TreeShape {
   /// `leaf_size`: primitives in a leaf at most; a power of two, 64 at most.
   TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size)
       : TreeShape(primitive_count, leaf_size, most_of_block(leaf_size)) {}
-  /// The same with a quarter of each block left empty, where some are to be added.
-  static TreeShape with_room(std::uint32_t primitive_count, std::uint32_t leaf_size) {
-    return {primitive_count, leaf_size, most_of_block(leaf_size) - most_of_block(leaf_size) / 4};
+  /// The same, where some are to be added for which this shape had no room: with one place more of each block
+  /// left empty, but no more than a quarter of it.
+  TreeShape with_more_room(std::uint32_t primitive_count) const {
+    const std::uint32_t most = most_of_block(leaf_size_);
+    return {primitive_count, leaf_size_, std::max(of_block_ - 1, most - most / 4)};
   }
   /// The same nodes, leaves and blocks, of which block b holds the primitives in positions [begins[b],
   /// begins[b + 1]): one at least, and most_of_block() at most.
@@ -112,6 +114,7 @@ class TreeShape {
 
   std::uint32_t primitives_ = 0;
   std::uint32_t leaf_size_ = 1;
+  std::uint32_t of_block_ = 1;  // at most, unless with_blocks() said otherwise
   std::uint32_t blocks_ = 1;
   std::uint32_t leaves_ = 1;
   std::uint32_t largest_block_ = 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
+#include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -26,6 +28,43 @@ void add_leaves(NeighbourChunk& chunk, const TreeShape& shape, LeafId leaf, Leaf
   chunk.nodes.add(shape.node_of(other));
 }
 
+// What goes from one leaf to others, one after another.
+struct LeafRun {
+  std::span<const NeighbourChunk::Leaves> leaves;
+  std::span<const NeighbourPair> pairs;
+  std::uint32_t first_pair;  // that `end` of the leaves count from
+
+  LeafId leaf() const { return leaves.front().a; }
+};
+// Those of a chunk.
+template <class Visit>
+void for_runs(const NeighbourChunk& chunk, Visit&& visit) {
+  const std::span<const NeighbourChunk::Leaves> all(chunk.leaves);
+  std::uint32_t first_pair = 0;
+  for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+    while (end < all.size() && all[end].a == all[first].a) ++end;
+    const std::uint32_t end_pair = all[end - 1].end;
+    visit(LeafRun{all.subspan(first, end - first),
+                  std::span(chunk.pairs).subspan(first_pair, end_pair - first_pair), first_pair});
+    first_pair = end_pair;
+  }
+}
+// A run becomes the chunk's last.
+void append(NeighbourChunk& chunk, const TreeShape& shape, const LeafRun& run) {
+  const auto at = static_cast<std::uint32_t>(chunk.pairs.size());
+  chunk.pairs.insert(chunk.pairs.end(), run.pairs.begin(), run.pairs.end());
+  for (NeighbourChunk::Leaves leaves : run.leaves) {
+    leaves.end = at + (leaves.end - run.first_pair);
+    chunk.leaves.push_back(leaves);
+    chunk.nodes.add(shape.node_of(leaves.a));
+    chunk.nodes.add(shape.node_of(leaves.b));
+  }
+}
+void shrink(NeighbourChunk& chunk) {
+  chunk.leaves.shrink_to_fit();
+  chunk.pairs.shrink_to_fit();
+}
+
 // The leaves below a subtree's root, ascending: those of the last level but one, then those of the last.
 template <class OfLeaf>
 void for_leaves_of(const TreeShape& shape, std::uint32_t subtree, OfLeaf&& of_leaf) {
@@ -39,15 +78,10 @@ void for_leaves_of(const TreeShape& shape, std::uint32_t subtree, OfLeaf&& of_le
   }
 }
 
-// What goes from one subtree to another, behind the subtrees' own: in the order of leaves, too.
-struct Across {
-  LeafId leaf, other;
-  std::size_t first_pair, end_pair;
-};
-struct ListOfSubtree {
+// What goes from leaves of a subtree to its own, and to those of others.
+struct ListOfLeaves {
   NeighbourChunk within;
-  std::vector<NeighbourPair> pairs;
-  std::vector<Across> across;
+  NeighbourChunk across;
 };
 
 template <class Bounds>
@@ -61,54 +95,60 @@ class SubtreeLists {
     }
   }
 
-  void list(std::uint32_t subtree, ListOfSubtree& own, StopSignal stop) const {
-    const TreeShape& shape = tree_.shape;
-    std::vector<NeighbourPair> of_leaf;
-    std::vector<LeafId> others;  // the leaves that these reach, ascending
+  void list(std::uint32_t subtree, ListOfLeaves& own, StopSignal stop) const {
+    Buffers buffers;
     PacedStop paced(stop, 16);
-    const auto list_leaf = [&](LeafId leaf) {
+    for_leaves_of(tree_.shape, subtree, [&](LeafId leaf) {
       paced.check();
-      of_leaf.clear();
-      others.clear();
-      const auto [first, end] = tree_.leaves.blocks_of[number_of(leaf)];
-      for (BlockId a = first; a < end; ++a) {
-        tree_.leaves.shared->for_neighbours(a, [&](BlockId b) {
-          const NodeTravel& of_a = tree_.travel.blocks[number_of(a)];
-          const NodeTravel& of_b = tree_.travel.blocks[number_of(b)];
-          of_leaf.push_back({a, b, TravelBudget::grant(of_a, of_b, -1), tree_.excluded(a, b)});
-          const LeafId other = leaf_of_[number_of(b)];
-          const auto at = std::ranges::lower_bound(others, other);
-          if (at == others.end() || *at != other) others.insert(at, other);
-        });
-      }
-      for (const LeafId other : others) {
-        if (patches_.are_one(shape.node_of(leaf), shape.node_of(other))) continue;  // as a traversal does
-        const bool within = shape.subtree_of(shape.node_of(other)) == subtree;
-        std::vector<NeighbourPair>& pairs = within ? own.within.pairs : own.pairs;
-        const std::size_t first_pair = pairs.size();
-        std::ranges::copy_if(of_leaf, std::back_inserter(pairs),
-                             [&](const NeighbourPair& pair) { return leaf_of_[number_of(pair.b)] == other; });
-        if (within)
-          add_leaves(own.within, shape, leaf, other);
-        else
-          own.across.push_back({leaf, other, first_pair, pairs.size()});
-      }
-    };
-    for_leaves_of(shape, subtree, list_leaf);
-    own.within.leaves.shrink_to_fit();
-    own.within.pairs.shrink_to_fit();
+      list_leaf(leaf, own, buffers);
+    });
+    shrink(own.within);
   }
 
-  bool is_as_it_was(std::uint32_t subtree, std::span<const std::uint8_t> changed_blocks) const {
-    bool is = true;
-    for_leaves_of(tree_.shape, subtree, [&](LeafId leaf) {
-      const auto [first, end] = tree_.leaves.blocks_of[number_of(leaf)];
-      for (BlockId a = first; a < end && is; ++a) {
-        is = changed_blocks[number_of(a)] == 0;
-        tree_.leaves.shared->for_neighbours(a, [&](BlockId b) { is &= changed_blocks[number_of(b)] == 0; });
-      }
-    });
-    return is;
+  struct Buffers {
+    std::vector<NeighbourPair> of_leaf;
+    std::vector<LeafId> others;  // the leaves that these reach, ascending
+  };
+  void list_leaf(LeafId leaf, ListOfLeaves& own, Buffers& buffers) const {
+    const TreeShape& shape = tree_.shape;
+    auto& [of_leaf, others] = buffers;
+    of_leaf.clear();
+    others.clear();
+    const auto [first, end] = tree_.leaves.blocks_of[number_of(leaf)];
+    for (BlockId a = first; a < end; ++a) {
+      tree_.leaves.shared->for_neighbours(a, [&, a, &of_leaf = of_leaf, &others = others](BlockId b) {
+        const NodeTravel& of_a = tree_.travel.blocks[number_of(a)];
+        const NodeTravel& of_b = tree_.travel.blocks[number_of(b)];
+        of_leaf.push_back({a, b, TravelBudget::grant(of_a, of_b, -1), tree_.excluded(a, b)});
+        const LeafId other = leaf_of_[number_of(b)];
+        const auto at = std::ranges::lower_bound(others, other);
+        if (at == others.end() || *at != other) others.insert(at, other);
+      });
+    }
+    const std::uint32_t subtree = shape.subtree_of(shape.node_of(leaf));
+    for (const LeafId other : others) {
+      if (patches_.are_one(shape.node_of(leaf), shape.node_of(other))) continue;  // as a traversal does
+      const bool within = shape.subtree_of(shape.node_of(other)) == subtree;
+      NeighbourChunk& chunk = within ? own.within : own.across;
+      std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),
+                           [&](const NeighbourPair& pair) { return leaf_of_[number_of(pair.b)] == other; });
+      add_leaves(chunk, shape, leaf, other);
+    }
+  }
+
+  // The leaves with a block that has changed, or that lists one.
+  std::vector<LeafId> leaves_of(std::span<const std::uint8_t> changed_blocks, StopSignal stop) const {
+    std::vector<LeafId> leaves;
+    PacedStop paced(stop, 256);
+    for (BlockId a{0}; a < tree_.shape.end_block(); ++a) {
+      paced.check();
+      const LeafId leaf = leaf_of_[number_of(a)];
+      if (!leaves.empty() && leaves.back() == leaf) continue;
+      std::uint8_t changed = changed_blocks[number_of(a)];
+      tree_.leaves.shared->for_neighbours(a, [&](BlockId b) { changed |= changed_blocks[number_of(b)]; });
+      if (changed != 0) leaves.push_back(leaf);
+    }
+    return leaves;
   }
 
  private:
@@ -137,80 +177,120 @@ void take_budgets(std::vector<NeighbourPair>& pairs, std::span<const NeighbourPa
   }
 }
 
-// A chunk for each subtree, then those of what goes across.
-std::vector<NeighbourChunk> in_chunks(std::span<ListOfSubtree> found, const TreeShape& shape,
-                                      StopSignal stop) {
-  std::vector<NeighbourChunk> chunks;
-  std::vector<std::pair<Across, const std::vector<NeighbourPair>*>> across;
-  chunks.reserve(found.size());
-  for (ListOfSubtree& own : found) {
-    chunks.push_back(std::move(own.within));
-    for (const Across& pairs : own.across) across.emplace_back(pairs, &own.pairs);
+// Of leaves that have changed: what they list now.
+class ChangedLeaves {
+ public:
+  template <class Bounds>
+  ChangedLeaves(const SubtreeLists<Bounds>& lists, std::span<const std::uint8_t> changed_blocks,
+                StopSignal stop)
+      : changed_blocks_(changed_blocks),
+        leaves_(lists.leaves_of(changed_blocks, stop)),
+        found_(leaves_.size()) {
+    std::ranges::sort(leaves_);
+    for_each_index(0, found_.size(), stop, [&](std::size_t i) {
+      typename SubtreeLists<Bounds>::Buffers buffers;
+      lists.list_leaf(leaves_[i], found_[i], buffers);
+    });
   }
-  std::ranges::stable_sort(across, {}, [](const auto& one) { return one.first.leaf; });
+
+  // Of some of them, as numbers of theirs in their order: what they list instead of their runs, all by leaf.
+  template <class Visit>
+  void replace(std::span<const LeafRun> runs, std::span<const std::uint32_t> some, bool within,
+               Visit&& visit) {
+    auto run = runs.begin();
+    for (const std::uint32_t i : some) {
+      for (; run != runs.end() && run->leaf() < leaves_[i]; ++run) visit(*run);
+      NeighbourChunk& now = within ? found_[i].within : found_[i].across;
+      if (run != runs.end() && run->leaf() == leaves_[i])
+        take_budgets(now.pairs, (run++)->pairs, changed_blocks_);
+      for_runs(now, visit);
+    }
+    for (; run != runs.end(); ++run) visit(*run);
+  }
+
+  std::vector<std::uint32_t> all() const {
+    std::vector<std::uint32_t> all(leaves_.size());
+    std::iota(all.begin(), all.end(), 0U);
+    return all;
+  }
+  // By subtree.
+  std::vector<std::vector<std::uint32_t>> of_subtrees(const TreeShape& shape) const {
+    std::vector<std::vector<std::uint32_t>> of(shape.subtree_count());
+    for (std::uint32_t i = 0; i < leaves_.size(); ++i)
+      of[shape.subtree_of(shape.node_of(leaves_[i]))].push_back(i);
+    return of;
+  }
+
+ private:
+  std::span<const std::uint8_t> changed_blocks_;
+  std::vector<LeafId> leaves_;  // ascending
+  std::vector<ListOfLeaves> found_;
+};
+
+// Runs of leaves that go across, by leaf, behind the subtrees' own chunks.
+void put_across(std::vector<NeighbourChunk>& chunks, std::size_t subtrees, const TreeShape& shape,
+                std::span<const LeafRun> runs, StopSignal stop) {
   PacedStop paced(stop, 16);
-  for (const auto& [of_two, pairs] : across) {
+  for (const LeafRun& run : runs) {
     paced.check();
-    NeighbourChunk& chunk = open_chunk(chunks, found.size());
-    chunk.pairs.insert(chunk.pairs.end(), pairs->begin() + static_cast<std::ptrdiff_t>(of_two.first_pair),
-                       pairs->begin() + static_cast<std::ptrdiff_t>(of_two.end_pair));
-    add_leaves(chunk, shape, of_two.leaf, of_two.other);
+    append(open_chunk(chunks, subtrees), shape, run);
   }
-  for (std::size_t c = found.size(); c < chunks.size(); ++c) {
-    chunks[c].leaves.shrink_to_fit();
-    chunks[c].pairs.shrink_to_fit();
-  }
-  return chunks;
+  for (std::size_t c = subtrees; c < chunks.size(); ++c) shrink(chunks[c]);
 }
 
 }  // namespace
 
+// A chunk for each subtree, then those of what goes across.
 template <class Bounds>
 std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop) {
   if (tree.travel.blocks.empty() || tree.leaves.shared == nullptr) return {};
   const SubtreeLists<Bounds> lists(tree);
-  std::vector<ListOfSubtree> found(tree.shape.subtree_count());
+  std::vector<ListOfLeaves> found(tree.shape.subtree_count());
   for_each_index(
       0, found.size(), stop,
       [&](std::size_t s) { lists.list(static_cast<std::uint32_t>(s), found[s], stop); }, 1);
-  return in_chunks(found, tree.shape, stop);
+  std::vector<NeighbourChunk> chunks;
+  std::vector<LeafRun> across;
+  chunks.reserve(found.size());
+  for (ListOfLeaves& own : found) {
+    chunks.push_back(std::move(own.within));
+    for_runs(own.across, [&](const LeafRun& run) { across.push_back(run); });
+  }
+  std::ranges::sort(across, {}, &LeafRun::leaf);
+  put_across(chunks, found.size(), tree.shape, across, stop);
+  return chunks;
 }
 
-// A subtree is as it was where none of its blocks has changed, nor one that it lists: what it lists of others
-// is copied.
+// Leaves are as they were where none of their blocks has changed, nor one that these list, and subtrees where
+// all of their leaves are: what these list of their own is not even copied.
 template <class Bounds>
 std::vector<NeighbourChunk> follow_neighbours(const Bvh<Bounds>& tree, std::vector<NeighbourChunk> before,
                                               std::span<const std::uint8_t> changed_blocks, StopSignal stop) {
-  const SubtreeLists<Bounds> lists(tree);
-  std::vector<ListOfSubtree> found(tree.shape.subtree_count());
-  std::vector<ListOfSubtree> held(found.size());  // as before
-  PacedStop paced(stop, 16);
-  for (const NeighbourChunk& chunk : std::span(before).subspan(found.size())) {
-    std::size_t first = 0;
-    for (const NeighbourChunk::Leaves& leaves : chunk.leaves) {
-      paced.check();
-      ListOfSubtree& own = held[tree.shape.subtree_of(tree.shape.node_of(leaves.a))];
-      const std::size_t at = own.pairs.size();
-      own.pairs.insert(own.pairs.end(), chunk.pairs.begin() + static_cast<std::ptrdiff_t>(first),
-                       chunk.pairs.begin() + leaves.end);
-      own.across.push_back({leaves.a, leaves.b, at, own.pairs.size()});
-      first = leaves.end;
-    }
-  }
+  const TreeShape& shape = tree.shape;
+  ChangedLeaves changed(SubtreeLists<Bounds>(tree), changed_blocks, stop);
+  const std::vector<std::vector<std::uint32_t>> of_subtrees = changed.of_subtrees(shape);
+  std::vector<NeighbourChunk> chunks(of_subtrees.size());
   for_each_index(
-      0, found.size(), stop,
+      0, chunks.size(), stop,
       [&](std::size_t s) {
-        if (lists.is_as_it_was(static_cast<std::uint32_t>(s), changed_blocks)) {
-          found[s] = std::move(held[s]);
-          found[s].within = std::move(before[s]);
+        if (of_subtrees[s].empty()) {
+          chunks[s] = std::move(before[s]);
           return;
         }
-        lists.list(static_cast<std::uint32_t>(s), found[s], stop);
-        take_budgets(found[s].within.pairs, before[s].pairs, changed_blocks);
-        take_budgets(found[s].pairs, held[s].pairs, changed_blocks);
+        std::vector<LeafRun> runs;
+        for_runs(before[s], [&](const LeafRun& run) { runs.push_back(run); });
+        changed.replace(runs, of_subtrees[s], true,
+                        [&](const LeafRun& run) { append(chunks[s], shape, run); });
+        shrink(chunks[s]);
       },
       1);
-  return in_chunks(found, tree.shape, stop);
+  std::vector<LeafRun> were;
+  std::vector<LeafRun> are;
+  for (const NeighbourChunk& chunk : std::span(before).subspan(chunks.size()))
+    for_runs(chunk, [&](const LeafRun& run) { were.push_back(run); });
+  changed.replace(were, changed.all(), false, [&](const LeafRun& run) { are.push_back(run); });
+  put_across(chunks, of_subtrees.size(), shape, are, stop);
+  return chunks;
 }
 
 template std::vector<NeighbourChunk> list_neighbours(const Bvh<Aabb>&, StopSignal);

@@ -100,10 +100,14 @@ void Ownership::take(const Changed& changed, const NumberShift& shift) noexcept 
       std::ranges::all_of(change.face_runs, [](const Run& run) { return run.from == run.to; });
   for (const Run& run : change.face_runs) {
     if (in_place && vertex == 0) break;
-    for (std::size_t f = shift.face + run.to; f < shift.face + run.to + run.count; ++f) {
+    // Most name faces of the same run.
+    const auto from = first_before + static_cast<std::uint32_t>(run.from);
+    const auto to = shift.face + static_cast<std::uint32_t>(run.to);
+    for (std::size_t f = to; f < to + run.count; ++f) {
       if (vertex != 0) Ownership::shift(records_[f], signatures_[f], {vertex, 0, 0});
       for (Face* first : {&records_[f].first_of_vertex, &records_[f].first_of_edge}) {
-        for (std::uint32_t& g : *first) g = change.face_of[g - first_before] + shift.face;
+        for (std::uint32_t& g : *first)
+          g = g - from < run.count ? g - from + to : change.face_of[g - first_before] + shift.face;
       }
     }
   }
