@@ -148,10 +148,15 @@ void PacketSockets::begin() {
   for (int i = 0; i < threads_count_; ++i) threads_.emplace_back([this] { work(); });
 }
 
-PacketSockets::~PacketSockets() {
+void PacketSockets::end() noexcept {
   const std::uint64_t one = 1;
   if (wake_ >= 0) static_cast<void>(::write(wake_, &one, sizeof one));
   for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
+}
+
+PacketSockets::~PacketSockets() {
+  end();
   for (const std::string& path : paths_) ::unlink(path.c_str());
   for (const int listener : listeners_) ::close(listener);
   if (wake_ >= 0) ::close(wake_);

@@ -98,7 +98,9 @@ class PacketSockets {
                                                        PacketReader& greeter);
   /// From now on connections are accepted, and told of.
   void begin();
-  /// Ends all connections, tells nobody, and waits for what is being told.
+  /// Waits for what is being told, and tells nobody any more. Once, or again.
+  void end() noexcept;
+  /// The same, and ends all connections.
   ~PacketSockets();
   PacketSockets(const PacketSockets&) = delete;
   PacketSockets& operator=(const PacketSockets&) = delete;

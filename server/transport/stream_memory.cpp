@@ -141,7 +141,8 @@ Result<std::unique_ptr<MemoryDesk>> MemoryDesk::start(const std::vector<std::str
 }
 
 MemoryDesk::~MemoryDesk() {
-  sockets_.reset();
+  // Not reset(): whose threads have not ended yet call them by this pointer.
+  if (sockets_) sockets_->end();
   // What the streams wrote was written with the lock held, by threads that gRPC has joined in ways of its own.
   const MutexLock lock(mutex_);
   offered_.clear();
