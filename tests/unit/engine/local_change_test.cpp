@@ -74,6 +74,48 @@ TEST(LocalChange, ContactsAreThoseOfANewCollider) {
   EXPECT_LT(warm.memory_bytes(), after_ten + after_ten / 3);
 }
 
+// The other diagonal for the quads of a square patch.
+void flip(Faces& faces, int side, int first_row, int first_column, int width) {
+  for (int i = first_row; i < first_row + width; ++i) {
+    for (int j = first_column; j < first_column + width; ++j) {
+      auto* const two = faces.data() + 2 * (static_cast<std::size_t>(i) * side + j);
+      const auto corner = [&](int a, int b) { return (i + a) * (side + 1) + j + b; };
+      const bool other = std::ranges::find(two[0], corner(0, 0)) != two[0].end() &&
+                         std::ranges::find(two[0], corner(1, 1)) != two[0].end();
+      two[0] = {corner(0, 0), corner(1, 0), other ? corner(0, 1) : corner(1, 1)};
+      two[1] = {other ? corner(1, 0) : corner(0, 0), corner(1, 1), corner(0, 1)};
+    }
+  }
+}
+
+// As many come as go, so that no blocks fill up while others empty.
+TEST(LocalChange, AHierarchyOutlastsHundredsOfChanges) {
+  constexpr int kQuads = 120, kWide = 8;
+  constexpr std::uint32_t kAll = (kQuads + 1) * (kQuads + 1);
+  Faces faces = grid(kQuads);
+  std::vector<double> at;
+  for (std::uint32_t v = 0; v < kAll; ++v)
+    at.insert(at.end(), {1.0 * (v / (kQuads + 1)), 1.0 * (v % (kQuads + 1)), 0.0});
+  Collider collider =
+      Collider::create(std::make_shared<const Scene>(
+                           Scene::create(SceneDescription{kAll, faces, {{"", 0, kAll}}}).value()),
+                       std::span<const double>(at), {}, std::make_shared<Workers>(1))
+          .value();
+  int rebuilt = 0;
+  for (int i = 1; i <= 300; ++i) {
+    for (int patch = 0; patch < 4; ++patch) {
+      const int first = (37 * i + 101 * patch) % (kQuads - kWide);
+      flip(faces, kQuads, first, 7 * first % (kQuads - kWide), kWide);
+    }
+    ASSERT_TRUE(collider.replace_elements(0, faces, {}).ok());
+    for (std::size_t z = 2; z < at.size(); z += 3) at[z] += i % 2 == 0 ? 0.01 : -0.01;
+    const StepResult result = collider.step(std::span<const double>(at)).value();
+    rebuilt += result.statistics.rebuild != Rebuild::kNone ? 1 : 0;
+  }
+  EXPECT_LE(rebuilt, 1);
+  EXPECT_TRUE(collider.self_check().ok());
+}
+
 TEST(LocalChange, TenThousandChangesLeaveASceneAsLargeAsTen) {
   const auto workers = std::make_shared<Workers>(1);
   Faces faces = grid(8);
