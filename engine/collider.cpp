@@ -15,8 +15,9 @@ namespace warmfront {
 namespace {
 
 constexpr std::string_view kNoTrial =
-    "no trial was answered since the last step, commit or change of the scene; ask for a trial or max_step "
-    "first";
+    "no trial was answered since the last step, commit, change of the scene or request that failed; ask for "
+    "a "
+    "trial or max_step first";
 
 }  // namespace
 
