@@ -176,6 +176,8 @@ class Contacts:
     Of report "earliest" in a scene with worlds, whose rows are the earliest of each, else empty: worlds (w) uint32, ascending,
     with 0 where a body is in none, and world_tois (w) float64, the least toi in each, infinity without a contact.
 
+    `warmfront.contacts_hash()` of two of them compares the rows, bit for bit.
+
     The columns are read-only views: of the engine's own memory in this process; of the received message behind a daemon,
     possibly unaligned there: `numpy.require(x, requirements="A")` copies if needed. Only an answer of several messages
     (beyond the daemon's answer_chunk_bytes) is copied, once.
