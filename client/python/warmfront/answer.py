@@ -104,7 +104,8 @@ class MaxStep:
     fraction: in [0, 1]. Nothing touches, or comes within the separation, before it (tiers "certified" and "exact": a lower
     bound, so that it may be committed as it is, and touches). 1 where nothing does in the whole motion.
     first: of what comes first, the first in the order of contacts; None where nothing comes.
-    overlaps_at_start: pairs that were not apart at the start, and were left out; 0 unless it was asked for.
+    overlaps_at_start: pairs that are within the separation, or not provably apart, at the start: counted whether they are left
+    out or not. Where they are not, any of them makes the fraction 0.
     In a scene with worlds, else empty: worlds (w) uint32, ascending, with 0 where a body is in none, and world_fractions (w)
     float64, how far the motion may go in each alone.
     """
