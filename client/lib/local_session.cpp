@@ -11,6 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "engine/scene/description_checks.h"
+
 namespace warmfront::client {
 namespace {
 
@@ -82,7 +84,7 @@ class OwnFrame {
 };
 
 // As a daemon's: one kind of positions for all of a session.
-Status check_kind(const Frame& frame, bool float32) {
+Status check_kind(const Frame& frame, const Scene& scene, bool float32) {
   const auto check = [&](const Positions& positions, const std::string& where) -> Status {
     const bool given = std::holds_alternative<std::span<const float>>(positions);
     const bool any = std::visit([](auto rows) { return !rows.empty(); }, positions);
@@ -94,8 +96,10 @@ Status check_kind(const Frame& frame, bool float32) {
     if (Status fits = check(*frame.positions, "positions"); !fits) return fits;
   }
   for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
-    if (Status fits = check(frame.bodies[i].positions, "bodies[" + std::to_string(i) + "]"); !fits)
-      return fits;
+    const auto& [body, positions] = frame.bodies[i];
+    if (body >= scene.bodies().size()) continue;  // which the engine says
+    if (Status fits = check(positions, "positions"); !fits)
+      return of_body("bodies[" + std::to_string(i) + "]", body, scene.bodies()[body], fits.error());
   }
   return check(frame.vertex_positions, "vertex_positions");
 }
@@ -253,7 +257,7 @@ Status LocalSession::check(const Request& request) const {
   if (Status valid = validate(merged(collider_.options(), question)); !valid)
     return of_question(valid.error());
   if (!request.moves()) return {};
-  return check_kind(request.frame, rounding_ == Rounding::kFloat32);
+  return check_kind(request.frame, collider_.scene(), rounding_ == Rounding::kFloat32);
 }
 
 Result<Answer> LocalSession::compute(const Request& request, const std::atomic<bool>* stop) {

@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "client/lib/wire.h"
+#include "engine/motion/check_positions.h"
 #include "engine/part_way.h"
+#include "engine/scene/description_checks.h"
 #include "engine/screw.h"
 
 namespace warmfront::client {
@@ -77,9 +79,7 @@ void SceneState::describe(v1::SessionHeader& header) const {
 Status SceneState::check_kind(const Positions& positions, std::size_t vertices,
                               const std::string& where) const {
   const std::size_t count = std::visit([](auto span) { return span.size(); }, positions);
-  if (count != 3 * vertices)
-    return invalid_argument(where + ": " + std::to_string(count) + " numbers, but 3 x " +
-                            std::to_string(vertices) + " are expected");
+  if (Status status = check_count(count, static_cast<std::uint32_t>(vertices), where); !status) return status;
   if (count > 0 && is_float32(positions) != float32_)
     return invalid_argument(where + ": the session was created with " + (float32_ ? "float32" : "float64") +
                             " positions; give every frame the same kind");
@@ -114,8 +114,8 @@ Result<SentFrame> SceneState::encode(const Frame& frame, SharedRegion* region) c
     if (body >= scene_.bodies.size())
       return invalid_argument(at("bodies", i) + ": body " + std::to_string(body) + " is not in [0, " +
                               std::to_string(scene_.bodies.size()) + ")");
-    if (Status status = check_kind(positions, scene_.bodies[body].vertex_count, at("bodies", i)); !status)
-      return status.error();
+    if (Status status = check_kind(positions, scene_.bodies[body].vertex_count, "positions"); !status)
+      return of_body(at("bodies", i), body, scene_.bodies[body], status.error());
     append_value(*moved.mutable_bodies(), body);
     moved.mutable_body_positions()->append(bytes_of(positions));
   }

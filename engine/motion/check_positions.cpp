@@ -8,15 +8,18 @@
 
 namespace warmfront {
 
+Status check_count(std::size_t values, std::uint32_t vertex_count, const std::string& what) {
+  const std::size_t expected = std::size_t{3} * vertex_count;
+  if (values == expected) return {};
+  return invalid_argument(what + ": " + std::to_string(values) + " values where " + std::to_string(expected) +
+                          " are expected (3 for each of " + std::to_string(vertex_count) + " vertices)");
+}
+
 template <class Real>
 Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count, const std::string& what,
                        StopSignal stop) {
-  const std::size_t expected = std::size_t{3} * vertex_count;
-  if (positions.size() != expected) {
-    return invalid_argument(what + ": " + std::to_string(positions.size()) + " values where " +
-                            std::to_string(expected) + " are expected (3 for each of " +
-                            std::to_string(vertex_count) + " vertices)");
-  }
+  if (Status status = check_count(positions.size(), vertex_count, what); !status) return status;
+  const std::size_t expected = positions.size();
   bool finite = true;
   in_pieces(0, expected, stop, [&](std::size_t at, std::size_t end) {
     finite = finite && all_finite(positions.data() + at, end - at);

@@ -2,6 +2,7 @@
 // Whether positions are as many as they must be, and finite. Thread-safe.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -16,5 +17,8 @@ namespace warmfront {
 template <class Real>
 Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count,
                        const std::string& what = "positions", StopSignal stop = {});
+
+/// The number of values alone.
+Status check_count(std::size_t values, std::uint32_t vertex_count, const std::string& what = "positions");
 
 }  // namespace warmfront

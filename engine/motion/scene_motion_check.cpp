@@ -114,10 +114,9 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     if (parts_[body.body].empty())
       return invalid_argument(where + ": " + in_words(body.body, scene.bodies()[body.body]) +
                               " is a half-space, which has no positions; give its pose");
-    if (Status status =
-            check_any(body.positions, scene.bodies()[body.body].vertex_count, where + ".positions", stop);
+    if (Status status = check_any(body.positions, scene.bodies()[body.body].vertex_count, "positions", stop);
         !status)
-      return status;
+      return of_body(where, body.body, scene.bodies()[body.body], status.error());
   }
   for (std::size_t i = 0; i < frame.poses.size(); ++i) {
     paced.check();
@@ -127,7 +126,8 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     if (scene.bodies()[index].kind != BodyKind::kRigid)
       return invalid_argument(where + ": " + in_words(index, scene.bodies()[index]) +
                               " is not rigid; give its positions, or make it rigid first");
-    if (Status status = check_pose(frame.poses[i].pose, where + ".pose", poses); !status) return status;
+    if (Status status = check_pose(frame.poses[i].pose, "pose", poses); !status)
+      return of_body(where, index, scene.bodies()[index], status.error());
   }
   for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
     paced.check();

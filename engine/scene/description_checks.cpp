@@ -104,6 +104,10 @@ std::string in_words(std::size_t index, const Body& body) {
   return words + (shown < body.name.size() ? "...\")" : "\")");
 }
 
+Error of_body(const std::string& where, std::size_t index, const Body& body, const Error& wrong) {
+  return {wrong.code, where + ": " + in_words(index, body) + ": " + wrong.message};
+}
+
 namespace {
 
 Status check_half_space(const Body& body, const std::string& where) {

@@ -33,6 +33,9 @@ std::string name_of(std::size_t body);
 /// A body in messages about what becomes of it: its index, and the name that its caller knows it by, where it
 /// has one: `body 3 ("sleeve")`. Of a long name the beginning.
 std::string in_words(std::size_t index, const Body& body);
+/// What is wrong with what a frame gives a body, at `where` in its list: the body is said, too, because who
+/// keeps bodies by their numbers does not know that place.
+Error of_body(const std::string& where, std::size_t index, const Body& body, const Error& wrong);
 
 /// A body's description, except its range. `where` names it.
 Status check_body(const Body& body, const std::string& where);

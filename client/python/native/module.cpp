@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 
 #include "client/python/native/answer.h"
+#include "client/python/native/contact_hash.h"
 #include "client/python/native/errors.h"
 #include "client/python/native/reading.h"
 #include "client/python/native/session.h"
@@ -17,6 +18,8 @@ PYBIND11_MODULE(_engine, module) {
   module.doc() = "The engine in this process. Internal: use warmfront.Collider.";
   warmfront::python::translate_errors();
   warmfront::python::declare_answer(module);
+  module.def("hash_after", &warmfront::python::hash_after, py::arg("before"), py::arg("kind"),
+             py::arg("status"), py::arg("v"), py::arg("toi"), py::arg("multiplicity"), py::arg("stencil"));
 
   py::class_<warmfront::Question>(module, "Question", "Of a v1.Question.")
       .def(py::init([](const py::object& message) { return warmfront::python::question_of(message); }));

@@ -15,6 +15,7 @@ with sessions, `open()` either. A session survives a daemon that dies: it is cre
 exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class a
 canonical code (`NotFoundError`, ...; the names without "Error" are the same). Clients and sessions may be used by any thread.
 """
+from ._contact_hash import contacts_hash
 from ._continuity import Continuity, continuity
 from ._statistics import AllDeformable, StageTimes, Statistics, StepCounts
 from ._stencils import RowsByVertex, Stencil, Stencils, rows_by_vertex
@@ -38,7 +39,7 @@ from .session import AnySession, Session
 __all__ = [
     "Aborted", "AbortedError", "AllDeformable", "AnySession", "AlreadyExists", "AlreadyExistsError", "Batch", "BatchContacts", "Body",
     "Cancelled", "CancelledError", "Client", "Closest", "Code", "Collider", "Committed", "connect", "Contact", "Contacts",
-    "Continuity", "continuity",
+    "contacts_hash", "Continuity", "continuity",
     "DataLoss", "DataLossError", "DeadlineExceeded", "DeadlineExceededError", "FailedPrecondition",
     "FailedPreconditionError", "FiltersInfo", "has_engine", "Internal", "InternalError", "Intersections", "InvalidArgument", "InvalidArgumentError",
     "Kind", "Limits", "MaxStep", "NotFound", "NotFoundError", "open_batch", "Options", "PairFilters", "Patience", "PermissionDenied",

@@ -35,6 +35,10 @@ class Question:
 
 class Submitted: ...
 
+def hash_after(before: int, kind: npt.NDArray[np.uint8], status: npt.NDArray[np.uint8], v: npt.NDArray[np.uint32],
+               toi: npt.NDArray[np.float64], multiplicity: Optional[npt.NDArray[np.uint32]],
+               stencil: Optional[npt.NDArray[np.uint8]]) -> int: ...
+
 class Session:
     def __init__(self, header: Any, positions: npt.NDArray[Any], faces: npt.NDArray[np.int32], edges: npt.NDArray[np.int32],
                  thickness: Optional[npt.NDArray[np.float64]], filters: Any, threads: int) -> None: ...

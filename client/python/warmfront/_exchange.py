@@ -230,7 +230,9 @@ class Exchange:
             return vertex_distances_of(parts, contacts)
         if request.kind == "intersections":
             return intersections_of(contacts, parts[-1].summary)
-        return max_step_of(contacts, parts[-1].summary) if request.kind == "max_step" else contacts
+        if request.kind == "max_step":
+            return max_step_of(contacts, parts[-1].summary, request.question.leaves_out)
+        return contacts
 
     def _answered(self) -> None:
         link = self._link

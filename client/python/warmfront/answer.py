@@ -104,7 +104,8 @@ class MaxStep:
     fraction: in [0, 1]. Nothing touches, or comes within the separation, before it (tiers "certified" and "exact": a lower
     bound, so that it may be committed as it is, and touches). 1 where nothing does in the whole motion.
     first: of what comes first, the first in the order of contacts; None where nothing comes.
-    overlaps_at_start: pairs that were not apart at the start, and were left out; 0 unless it was asked for.
+    overlaps_at_start: pairs that are within the separation, or not provably apart, at the start: counted whether they are left
+    out or not. Where they are not, any of them makes the fraction 0.
     In a scene with worlds, else empty: worlds (w) uint32, ascending, with 0 where a body is in none, and world_fractions (w)
     float64, how far the motion may go in each alone.
     """
@@ -175,6 +176,8 @@ class Contacts:
     queue_ms: milliseconds in the daemon between the frame's arrival and its step; 0 in this process.
     Of report "earliest" in a scene with worlds, whose rows are the earliest of each, else empty: worlds (w) uint32, ascending,
     with 0 where a body is in none, and world_tois (w) float64, the least toi in each, infinity without a contact.
+
+    `warmfront.contacts_hash()` of two of them compares the rows, bit for bit.
 
     The columns are read-only views: of the engine's own memory in this process; of the received message behind a daemon,
     possibly unaligned there: `numpy.require(x, requirements="A")` copies if needed. Only an answer of several messages

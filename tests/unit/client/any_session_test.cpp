@@ -235,6 +235,37 @@ TEST_F(AnySessionTest, ErrorsHaveTheSameCodesAndChangeNothing) {
   }
 }
 
+// Callers keep bodies by their numbers: the place in the frame's list alone tells them nothing.
+TEST_F(AnySessionTest, WhatIsWrongWithABodysMotionIsSaidOfThatBodyAndInTheSameWords) {
+  SceneDescription scene = grids_.scene();
+  constexpr std::uint32_t kEach = kSide * kSide;
+  scene.bodies = {{"floor", 0, kEach, BodyKind::kStatic}, {"cloth", kEach, kEach}};
+  const std::vector<double> start = at<double>(0);
+  std::vector<AnySession> both;
+  both.push_back(AnySession::create(scene, std::span<const double>(start), {}).value());
+  both.emplace_back(client_.create_session(scene, std::span<const double>(start), {}).value());
+  std::vector<double> moved(start.begin() + 3 * kEach, start.end());
+  moved[22] = std::nan("");
+  const std::vector<float> rounded(moved.begin(), moved.end());
+  const std::vector<std::pair<Positions, std::string>> wrong{
+      {std::span<const double>(moved), "positions[7].y: is not a number; coordinates must be finite"},
+      {std::span<const double>(moved).first(3),
+       "positions: 3 values where 192 are expected (3 for each of 64 vertices)"},
+      {std::span<const float>(rounded),
+       "positions: the session was created with float64 positions; give every frame the same kind"}};
+  for (const auto& [positions, what] : wrong) {
+    const BodyPositions body{1, positions};
+    Frame frame;
+    frame.bodies = {&body, 1};
+    for (AnySession& session : both) {
+      const Result<Answer> answer = session.step(frame);
+      ASSERT_FALSE(answer.ok()) << what;
+      EXPECT_EQ(answer.error().message, "frame 1: bodies[0]: body 1 (\"cloth\"): " + what)
+          << session.is_remote();
+    }
+  }
+}
+
 class CliSolve : public ::testing::Test {
  protected:
   static Json report(const std::string& arguments) {

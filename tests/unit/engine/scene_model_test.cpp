@@ -189,10 +189,10 @@ TEST(SceneModel, WhatDoesNotFitIsNamedAndTheSceneGoesOn) {
   BodyPose pose{1, {}};
   frame.poses = {&pose, 1};
   pose.pose.matrix[3] = std::nan("");
-  EXPECT_THAT(error(frame), HasSubstr("poses[0].pose[3]: is not a number"));
+  EXPECT_THAT(error(frame), HasSubstr("poses[0]: body 1: pose[3]: is not a number"));
   pose.pose = {};
   pose.pose.matrix[0] = 1.1;
-  EXPECT_THAT(error(frame), HasSubstr("poses[0].pose: is not rigid"));
+  EXPECT_THAT(error(frame), HasSubstr("poses[0]: body 1: pose: is not rigid"));
   pose.pose.matrix[0] = -1;
   EXPECT_THAT(error(frame), HasSubstr("mirrors"));
   pose = {3, {}};
@@ -217,7 +217,7 @@ TEST(SceneModel, WhatDoesNotFitIsNamedAndTheSceneGoesOn) {
   const BodyPositions body{2, Doubles(at)};
   Frame bodies;
   bodies.bodies = {&body, 1};
-  EXPECT_THAT(error(bodies), HasSubstr("bodies[0].positions: 3 values where 18 are expected"));
+  EXPECT_THAT(error(bodies), HasSubstr("bodies[0]: body 2: positions: 3 values where 18 are expected"));
   bodies.positions = Doubles(row.x);
   EXPECT_THAT(error(bodies), HasSubstr("give only one of them"));
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Answers are those of the command line, bit for bit, however they are reported, chunked and typed."""
+import copy
 import csv
 import json
 import subprocess
@@ -41,6 +42,39 @@ def test_answers_are_those_of_detect(client, cloth, tmp_path, tier):
     told = [(str(answer.frame), "vf" if kind == Kind.VERTEX_FACE else "ee", *map(str, v), float(toi), Status(status).name.lower())
             for answer in answers for kind, v, toi, status in zip(answer.kind, answer.v, answer.toi, answer.status)]
     assert told == [(r["frame"], r["type"], r["v0"], r["v1"], r["v2"], r["v3"], float(r["toi"]), r["status"]) for r in rows]
+
+
+def test_contacts_hash_is_that_of_the_command_line(anywhere, cloth, tmp_path):
+    report, _ = detect(cloth, tmp_path)
+    answers = step_through(anywhere, cloth)
+    assert f"{warmfront.contacts_hash(answers):016x}" == report["contacts_hash"] == contacts_hash(answers)
+    first, last = answers[:7], answers[7:]
+    assert f"{warmfront.contacts_hash(iter(last), warmfront.contacts_hash(first)):016x}" == report["contacts_hash"]
+    one = next(answer for answer in answers if len(answer) > 1)
+    assert f"{warmfront.contacts_hash(one):016x}" == contacts_hash([one])
+    assert len({warmfront.contacts_hash(each) for each in (first, last, answers, one, [])}) == 5
+
+
+def test_contacts_hash_without_an_engine_is_the_same(anywhere, cloth, monkeypatch):
+    """Of reduced answers and of half-spaces, too."""
+    bodies = [*cloth.bodies, Body(kind="static", half_space=((0, 0, 0), (0, 0, 1)))]
+    with anywhere.session(cloth.frames[20], cloth.faces, bodies=bodies) as session:
+        answers = [session.step(cloth.frames[21], min_separation=0.01), session.proximity(0.02), session.proximity(0.02, reduced=True),
+                   session.step(cloth.frames[22], report="count")]
+    assert answers[0].vh > 0 and len(answers[2].stencils().fv.v) > 0 and len(answers[3]) == 0
+    hashes = [warmfront.contacts_hash(answer) for answer in answers]
+    assert hashes[3] == warmfront.contacts_hash(copy.copy(answers[3]))
+    monkeypatch.setattr("warmfront._contact_hash._mixer", lambda: warmfront._contact_hash.mix_in_python)
+    assert hashes == [warmfront.contacts_hash(answer) for answer in answers] and len(set(hashes)) == 4
+
+
+@pytest.mark.parametrize("message, arguments", [
+    ("answers: a int; give what step", (3,)), (r"answers\[0\]: a str; give what step", (["rows"],)),
+    ("before: -1 is no hash", ([], -1)), ("before: 18446744073709551616 is no hash", ([], 2**64)), ("before: True is no", ([], True)),
+])
+def test_contacts_hash_of_what_is_no_answer(message, arguments):
+    with pytest.raises(warmfront.InvalidArgumentError, match=message):
+        warmfront.contacts_hash(*arguments)
 
 
 def test_float64_positions_give_what_the_same_float32_positions_give(client, cloth):

@@ -222,6 +222,23 @@ def test_sessions_and_what_makes_them_are_not_copied(anywhere):
         assert len(session.step(AFTER)) == 3
 
 
+def test_a_bad_motion_names_its_body_not_its_place_in_the_frame(anywhere):
+    """Frames are dicts by body: where in the list that is made of them a body stands, their caller does not know."""
+    bodies = [Body(3), Body(3, name="cloth")]
+    wrong = AFTER[3:].copy()
+    wrong[2, 1] = np.nan
+    sheared = np.eye(3, 4)
+    sheared[0, 1] = 0.5
+    with anywhere.session(BEFORE, FACES, bodies=bodies) as session:
+        with pytest.raises(InvalidArgumentError, match=re.escape('bodies[0]: body 1 ("cloth"): positions[2].y: is not a number')):
+            session.step(bodies={1: wrong})
+        session.change_body(1, Body(3, "rigid", name="cup"))
+        for pose, what in ((np.full((3, 4), np.nan), "pose[0]: is not a number"), (sheared, "pose: is not rigid: columns 0 and 1")):
+            with pytest.raises(InvalidArgumentError, match=re.escape(f'poses[0]: body 1 ("cup"): {what}')):
+                session.step(poses={1: pose})
+        assert session.last_frame == 0
+
+
 def test_a_body_is_named_by_its_name_too(anywhere):
     bodies = [Body(3, "static", name="table"), Body(3, "rigid", name="ü" * 40 + "\n")]
     with anywhere.session(BEFORE, FACES, bodies=bodies) as session:

@@ -51,6 +51,16 @@ def test_after_a_commit_answers_are_those_of_a_session_made_there(anywhere, clot
                 assert bits(session.trial(frames[40])) == bits(fresh.step(frames[40]))
 
 
+def test_overlaps_at_the_start_are_counted_whether_or_not_they_are_left_out(anywhere):
+    with anywhere.session(BEFORE, FACES) as session:
+        for V in (AFTER, BEFORE + [0, 0, 1]):
+            among, out = (session.max_step(V, min_separation=1.5, leave_out_overlaps=left) for left in (False, True))
+            listed = session.trial(V, min_separation=1.5)
+            assert among.fraction == 0 and among.overlaps_at_start == out.overlaps_at_start > 0
+            assert among.overlaps_at_start == (listed.status == Status.OVERLAP_AT_START).sum()
+        assert session.max_step(AFTER).overlaps_at_start == 0
+
+
 def test_how_far(anywhere):
     with anywhere.session(BEFORE, FACES) as session:
         limit = session.max_step(AFTER)
