@@ -19,8 +19,7 @@ LastTrial::LastTrial(SentFrame frame, const Answer& answer)
 Error LastTrial::none() {
   return {ErrorCode::kFailedPrecondition,
           "no trial was answered since the last frame, change of the scene or request that failed; ask for a "
-          "trial "
-          "first"};
+          "trial first"};
 }
 
 CommitResult LastTrial::up_to(double fraction) const {
