@@ -41,9 +41,7 @@ Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& f
 }
 
 Status Scene::change(std::uint32_t index, Body body) {
-  if (index >= bodies_.size())
-    return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
-                            std::to_string(bodies_.size()) + ")");
+  if (Status status = check_body_number("index", index, bodies_.size()); !status) return status;
   body.first_vertex = bodies_[index].first_vertex;
   body.vertex_count = bodies_[index].vertex_count;
   const std::optional<HalfSpace>& half_space = bodies_[index].half_space;

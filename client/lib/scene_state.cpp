@@ -87,9 +87,7 @@ Status SceneState::check_kind(const Positions& positions, std::size_t vertices,
 }
 
 Status SceneState::check_index(std::uint32_t index) const {
-  if (index < scene_.bodies.size()) return {};
-  return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
-                          std::to_string(scene_.bodies.size()) + ")");
+  return check_body_number("index", index, scene_.bodies.size());
 }
 
 bool SceneState::gives_all(const Frame& frame) const {
@@ -111,9 +109,12 @@ Result<SentFrame> SceneState::encode(const Frame& frame, SharedRegion* region) c
   v1::MovedParts& moved = sent.moved.emplace();
   for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
     const auto& [body, positions] = frame.bodies[i];
-    if (body >= scene_.bodies.size())
-      return invalid_argument(at("bodies", i) + ": body " + std::to_string(body) + " is not in [0, " +
-                              std::to_string(scene_.bodies.size()) + ")");
+    if (Status status = check_body_number(at("bodies", i), body, scene_.bodies.size()); !status)
+      return status.error();
+    if (scene_.bodies[body].half_space) {
+      append_value(*moved.mutable_bodies(), body);  // which the daemon refuses: it moves by poses
+      continue;
+    }
     if (Status status = check_kind(positions, scene_.bodies[body].vertex_count, "positions"); !status)
       return of_body(at("bodies", i), body, scene_.bodies[body], status.error());
     append_value(*moved.mutable_bodies(), body);

@@ -91,9 +91,7 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     if (scene.bodies().empty())
       return invalid_argument(where +
                               ": the scene declares no bodies; give all positions, or single vertices");
-    if (index >= scene.bodies().size())
-      return invalid_argument(where + ": body " + std::to_string(index) + " is not in [0, " +
-                              std::to_string(scene.bodies().size()) + ")");
+    if (Status status = check_body_number(where, index, scene.bodies().size()); !status) return status;
     if (Status status = check_movable(scene.bodies()[index], index, where); !status) return status;
     // A body's first vertex stands for it, as 2; for a half-space, which has none, a bit of its own.
     const bool empty = parts_[index].empty();
@@ -113,7 +111,7 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     if (Status status = check_body(body.body, where); !status) return status;
     if (parts_[body.body].empty())
       return invalid_argument(where + ": " + in_words(body.body, scene.bodies()[body.body]) +
-                              " is a half-space, which has no positions; give its pose");
+                              " is a half-space, which has no positions; it moves by poses: give its pose");
     if (Status status = check_any(body.positions, scene.bodies()[body.body].vertex_count, "positions", stop);
         !status)
       return of_body(where, body.body, scene.bodies()[body.body], status.error());

@@ -11,34 +11,36 @@ namespace {
 
 // Of element `i` of a list of this name.
 template <class Element>
-Status check_indices(const char* name, std::size_t i, const Element& element, std::uint32_t vertex_count) {
+Status check_indices(const char* name, std::size_t i, const Element& element, std::uint32_t vertex_count,
+                     const char* hint) {
   for (std::size_t k = 0; k < element.size(); ++k) {
     if (element[k] < 0 || element[k] >= std::int64_t{vertex_count})
       return invalid_argument(std::string(name) + "[" + std::to_string(i) + "][" + std::to_string(k) +
                               "]: vertex index " + std::to_string(element[k]) + " is not in [0, " +
-                              std::to_string(vertex_count) + ")");
+                              std::to_string(vertex_count) + ")" + hint);
   }
   return {};
 }
 
 }  // namespace
 
-Status check_faces(const SceneDescription& description, StopSignal stop) {
+Status check_faces(const SceneDescription& description, StopSignal stop, const char* hint) {
   PacedStop paced(stop);
   for (std::size_t f = 0; f < description.faces.size(); ++f) {
     paced.check();
-    if (Status valid = check_indices("faces", f, description.faces[f], description.vertex_count); !valid)
+    if (Status valid = check_indices("faces", f, description.faces[f], description.vertex_count, hint);
+        !valid)
       return valid;
   }
   return {};
 }
 
-Status check_edges(const SceneDescription& description, StopSignal stop) {
+Status check_edges(const SceneDescription& description, StopSignal stop, const char* hint) {
   PacedStop paced(stop);
   for (std::size_t e = 0; e < description.edges.size(); ++e) {
     paced.check();
     const auto& edge = description.edges[e];
-    if (Status valid = check_indices("edges", e, edge, description.vertex_count); !valid) return valid;
+    if (Status valid = check_indices("edges", e, edge, description.vertex_count, hint); !valid) return valid;
     if (edge[0] == edge[1])
       return invalid_argument("edges[" + std::to_string(e) + "]: joins vertex " + std::to_string(edge[0]) +
                               " to itself; leave it out: a vertex of no face is a point without it");
@@ -133,6 +135,12 @@ Status check_half_space(const Body& body, const std::string& where) {
 }
 
 }  // namespace
+
+Status check_body_number(const std::string& where, std::uint32_t number, std::size_t bodies) {
+  if (number < bodies) return {};
+  return invalid_argument(where + ": body " + std::to_string(number) + " is not in [0, " +
+                          std::to_string(bodies) + "); give the number of one of the scene's bodies");
+}
 
 Status check_body(const Body& body, const std::string& where) {
   if (body.name.size() > kMaxNameBytes)
@@ -244,9 +252,9 @@ Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, Sto
   return {};
 }
 
-Status check_description(const SceneDescription& description, StopSignal stop) {
-  if (Status status = check_faces(description, stop); !status) return status;
-  if (Status status = check_edges(description, stop); !status) return status;
+Status check_description(const SceneDescription& description, StopSignal stop, const char* hint) {
+  if (Status status = check_faces(description, stop, hint); !status) return status;
+  if (Status status = check_edges(description, stop, hint); !status) return status;
   if (Status status = check_bodies(description, stop); !status) return status;
   if (Status status = check_filters(description.filters, description.vertex_count, stop); !status)
     return status;

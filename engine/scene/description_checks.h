@@ -14,10 +14,10 @@
 
 namespace warmfront {
 
-/// All vertex indices are in range.
-Status check_faces(const SceneDescription& description, StopSignal stop);
+/// All vertex indices are in range. `hint` ends a message about one that is not.
+Status check_faces(const SceneDescription& description, StopSignal stop, const char* hint = "");
 /// Likewise, and each edge has two.
-Status check_edges(const SceneDescription& description, StopSignal stop);
+Status check_edges(const SceneDescription& description, StopSignal stop, const char* hint = "");
 /// There are numbers for all.
 Status check_size(std::uint64_t vertices, std::uint64_t faces, std::uint64_t edges);
 
@@ -37,6 +37,9 @@ std::string in_words(std::size_t index, const Body& body);
 /// keeps bodies by their numbers does not know that place.
 Error of_body(const std::string& where, std::size_t index, const Body& body, const Error& wrong);
 
+/// One of so many bodies. `where` is what gives its number.
+Status check_body_number(const std::string& where, std::uint32_t number, std::size_t bodies);
+
 /// A body's description, except its range. `where` names it.
 Status check_body(const Body& body, const std::string& where);
 
@@ -55,8 +58,8 @@ Status check_bodies(const SceneDescription& description, StopSignal stop);
 /// Filters of a scene of so many vertices.
 Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, StopSignal stop);
 
-/// All of the above that is said of a description.
-Status check_description(const SceneDescription& description, StopSignal stop);
+/// All of the above that is said of a description. `hint`: of its faces and edges.
+Status check_description(const SceneDescription& description, StopSignal stop, const char* hint = "");
 
 /// No face and no lone edge joins two bodies.
 Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::uint32_t> body_of_vertex,

@@ -12,6 +12,8 @@
 namespace warmfront {
 namespace {
 
+constexpr const char* kOwnVertices = "; a body's faces and edges number its own vertices, from 0";
+
 // Are these a rest shape of a body that is added?
 Status check_rest_shape(const Body& body, std::span<const double> positions, const std::string& where,
                         StopSignal stop) {
@@ -43,7 +45,10 @@ SceneDescription SceneEdit::description_of(Body body, BodyAddition addition) {
 
 // The body as a scene of its own, which says whether it is well formed.
 Result<Scene> SceneEdit::alone(Body body, BodyAddition addition) const {
-  return Scene::create(description_of(std::move(body), std::move(addition)), stop_);
+  SceneDescription description = description_of(std::move(body), std::move(addition));
+  if (Status status = check_faces(description, stop_, kOwnVertices); !status) return status.error();
+  if (Status status = check_edges(description, stop_, kOwnVertices); !status) return status.error();
+  return Scene::create(std::move(description), stop_);
 }
 
 // The same of one that keeps its vertices. Where it was not replaced before, and few elements are others, it
@@ -53,8 +58,8 @@ Result<ReplacedBodies::Piece> SceneEdit::with_elements(std::uint32_t index, Body
   ReplacedBodies::Piece piece{index, {}};
   if (before != pieces_.end()) piece.positions_of = before->second.positions_of;
   SceneDescription description = description_of(scene_.bodies_[index], std::move(elements));
+  if (Status status = check_description(description, stop_, kOwnVertices); !status) return status.error();
   if (before == pieces_.end()) {
-    if (Status status = check_description(description, stop_); !status) return status.error();
     const MeshRange range = range_before(index, index + 1);
     piece.change = find_local_change(*ordered_, range, description.faces, description.edges, stop_);
     if (piece.change) {
@@ -73,9 +78,7 @@ Status SceneEdit::check_bodies() const {
 }
 
 Status SceneEdit::check_index(std::uint32_t index) const {
-  if (index < scene_.bodies_.size()) return {};
-  return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
-                          std::to_string(scene_.bodies_.size()) + ")");
+  return check_body_number("index", index, scene_.bodies_.size());
 }
 
 // Of bodies that are as they were.

@@ -122,12 +122,17 @@ class SceneState:
             return positions_of(positions, self.vertex_count, self.dtype), []
         parts: list[tuple[int, list[Bytes]]] = []
         if bodies:
-            rows: list[Bytes] = [
-                raw(positions_of(positions, self.body(b, f"bodies[{b}]").vertex_count, self.dtype, f"bodies[{b}]"))
-                for b, positions in bodies.items()]
+            rows: list[Bytes] = [raw(self._rows_of(b, positions)) for b, positions in bodies.items()]
             parts += [(_frame.BODIES, [np.array(list(bodies), dtype="<u4").tobytes()]), (_frame.BODY_POSITIONS, rows)]
         parts += [(part, [data]) for part, data in [*self._pose_parts(poses), *self._vertex_parts(vertices, vertex_positions)]]
         return None, parts
+
+    def _rows_of(self, index: int, positions: Any) -> npt.NDArray[Any]:
+        where = f"bodies[{index}]"
+        body = self.body(index, where)
+        if body.half_space is not None:  # the engine refuses it by its name, whatever is given
+            return np.empty((0, 3), self.dtype)
+        return positions_of(positions, body.vertex_count, self.dtype, where)
 
     def _pose_parts(self, poses: Mapping[int, Any]) -> list[Part]:
         if not poses:
@@ -277,7 +282,8 @@ class SceneState:
 
     def body(self, index: int, where: str) -> Body:
         if not isinstance(index, (int, np.integer)) or not 0 <= index < len(self.bodies):
-            raise InvalidArgumentError(f"{where}: body {index!r} is not in [0, {len(self.bodies)})")
+            raise InvalidArgumentError(f"{where}: body {index!r} is not in [0, {len(self.bodies)}); give the number of one of the "
+                                       "scene's bodies")
         return self.bodies[index]
 
     def rigid(self) -> list[int]:

@@ -266,6 +266,30 @@ TEST_F(AnySessionTest, WhatIsWrongWithABodysMotionIsSaidOfThatBodyAndInTheSameWo
   }
 }
 
+TEST_F(AnySessionTest, RefusalsOfBodiesAndOfTheirVerticesSayWhatToGive) {
+  SceneDescription scene = grids_.scene();
+  Body plane{"ground", 0, 0, BodyKind::kRigid};
+  plane.half_space = HalfSpace{{0, 0, -9}, {0, 0, 1}};
+  scene.bodies = {plane, {"grids", 0, scene.vertex_count}};
+  const std::vector<double> start = at<double>(0);
+  const std::array<BodyPositions, 1> bodies{{{0, std::span<const double>(start).first(9)}}};
+  Frame frame;
+  frame.bodies = bodies;
+  std::vector<AnySession> both;
+  both.push_back(AnySession::create(scene, std::span<const double>(start), {}).value());
+  both.emplace_back(client_.create_session(scene, std::span<const double>(start), {}).value());
+  for (AnySession& session : both) {
+    EXPECT_THAT(session.replace_elements(7, {}).error().message,
+                HasSubstr("index: body 7 is not in [0, 2); give the number of one of the scene's bodies"));
+    EXPECT_THAT(session.replace_elements(1, {{0, 1, 128}}).error().message,
+                HasSubstr("bodies[1]: faces[0][2]: vertex index 128 is not in [0, 128); a body's faces and "
+                          "edges number its own vertices, from 0"));
+    EXPECT_THAT(session.step(frame).error().message,
+                HasSubstr("bodies[0]: body 0 (\"ground\") is a half-space, which has no positions; it moves "
+                          "by poses: give its pose"));
+  }
+}
+
 class CliSolve : public ::testing::Test {
  protected:
   static Json report(const std::string& arguments) {

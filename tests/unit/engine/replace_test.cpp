@@ -191,7 +191,7 @@ TEST(Replace, WhatDoesNotFitIsRefusedAndNothingChanges) {
     return collider.replace_body(index, std::move(body), std::span<const double>(positions));
   };
   using enum ErrorCode;
-  refused(replace(2, body_of(2), at), kInvalidArgument, "body 2 is not in [0, 2)");
+  refused(replace(2, body_of(2), at), kInvalidArgument, "index: body 2 is not in [0, 2); give the");
   refused(replace(1, body_of(2), at), kFailedPrecondition, "thickness");
   BodyAddition thick = body_of(2);
   thick.thickness.assign(9, 0.01);
@@ -202,11 +202,15 @@ TEST(Replace, WhatDoesNotFitIsRefusedAndNothingChanges) {
   refused(replace(1, thick, at), kInvalidArgument, "thickness: 8 values for 9");
   thick.thickness.push_back(0);
   thick.faces.push_back({0, 1, 9});
-  refused(replace(1, thick, at), kInvalidArgument, "bodies[1]: faces[8][2]");
+  refused(replace(1, thick, at), kInvalidArgument,
+          "bodies[1]: faces[8][2]: vertex index 9 is not in [0, 9); a body's");
   thick.faces.pop_back();
   thick.body.kind = BodyKind::kRemoved;
   refused(replace(1, thick, at), kInvalidArgument, "no vertices and no positions");
   refused(collider.replace_elements(1, {{0, 1, 25}}), kInvalidArgument, "bodies[1]: faces[0][2]");
+  refused(collider.replace_elements(1, {}, {{16, 7}}), kInvalidArgument,
+          "bodies[1]: edges[0][0]: vertex index 16 is not in [0, 16); a body's faces and edges number its "
+          "own vertices, from 0");
   refused(collider.replace_elements(0, {}, {{3, 3}}), kInvalidArgument, "to itself");
   EXPECT_EQ(collider.positions(), sheets.positions);
   thick.body.kind = BodyKind::kDeformable;

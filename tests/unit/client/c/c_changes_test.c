@@ -222,7 +222,7 @@ static void test_all_or_none(void) {
 #define FAILS(code, words) REFUSED(wf_change_scene(session, list, 2, &options, NULL), code, words)
   list[1].body = &body;
   list[1].index = 7;
-  FAILS(WF_INVALID_ARGUMENT, "changes[1]: body 7 is not in [0, 3)");
+  FAILS(WF_INVALID_ARGUMENT, "changes[1]: index: body 7 is not in [0, 3)");
   list[1].index = 2; /* which the first one adds */
   body.kind = 5;
   FAILS(WF_INVALID_ARGUMENT, "changes[1].body.kind: 5 is not in [0, 3]");

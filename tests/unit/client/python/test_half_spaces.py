@@ -98,8 +98,9 @@ def test_what_is_none_is_refused(anywhere):
         with pytest.raises(InvalidArgumentError, match=why):
             anywhere.session(TRIANGLE, FACES, bodies=[Body(3), body])
     with anywhere.session(TRIANGLE, FACES, bodies=[Body(3), Body(kind="rigid", half_space=UP)]) as session:
-        with pytest.raises(InvalidArgumentError, match="is a half-space, which has no positions"):
-            session.step(bodies={1: np.empty((0, 3))}, poses={})
+        for rows in (np.empty((0, 3)), TRIANGLE):
+            with pytest.raises(InvalidArgumentError, match="body 1 is a half-space, which has no positions; it moves by poses"):
+                session.step(bodies={1: rows}, poses={})
         with pytest.raises(InvalidArgumentError, match="half_space: is missing"):
             session.change_body(1, Body(kind="static"))
 

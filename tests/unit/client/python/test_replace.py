@@ -124,8 +124,9 @@ def test_thickness_and_filters_go_with_the_vertices(daemon, client):
 
 
 @pytest.mark.parametrize("message, replace", [
-    (r"index: body 2 is not in \[0, 2\)", lambda s: s.replace_elements(2, [])),
-    (r"faces\[0\]\[2\]: vertex index 16", lambda s: s.replace_elements(1, [[0, 1, 16]])),
+    (r"index: body 2 is not in \[0, 2\); give the number of one of the scene's bodies", lambda s: s.replace_elements(2, [])),
+    (r"faces\[0\]\[2\]: vertex index 16 is not in \[0, 16\); a body's faces and edges number its own vertices, from 0",
+     lambda s: s.replace_elements(1, [[0, 1, 16]])),
     (r"edges\[0\]: joins vertex 3 to itself", lambda s: s.replace_elements(1, [], edges=[[3, 3]])),
     (r"positions: shape \(4, 2\)", lambda s: s.replace_body(1, np.zeros((4, 2)), [])),
     (r"no vertices and no positions", lambda s: s.replace_body(1, np.zeros((4, 3)), body=Body(4, kind="removed"))),
