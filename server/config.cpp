@@ -98,20 +98,26 @@ Status check_variables(const Environment& environment, std::vector<std::string>&
   return {};
 }
 
+/// What a key of a file that is no setting may have meant.
+std::string meant_by(std::string name) {
+  std::ranges::replace(name, '_', '-');
+  if (is_setting(name)) return "it is " + name + " in a file";
+  std::vector<std::string> present;
+  for (const Setting& setting : settings()) present.emplace_back(setting.name);
+  const std::string_view nearest = command_line::nearest(name, present);
+  return nearest.empty() ? "--print-config lists them" : "the nearest is " + std::string(nearest);
+}
+
 Result<Layer> file_layer(const std::string& path) {
-  Layer layer{Origin::kFile, {}, [path](const std::string& name) { return path + ": " + name; }};
-  auto values = read_config_file(path);
-  if (!values) return values.error();
-  for (const auto& [name, ignored] : values.value()) {
-    if (is_setting(name)) continue;
-    std::string meant = name;
-    std::ranges::replace(meant, '_', '-');
-    return invalid_argument(
-        path + ": " + name + " is no setting; " +
-        (is_setting(meant) ? "it is " + meant + " in a file" : "--print-config lists them"));
-  }
-  layer.values = std::move(values).value();
-  return layer;
+  auto file = read_config_file(path);
+  if (!file) return file.error();
+  for (const auto& [name, place] : file.value().places)
+    if (!is_setting(name)) return invalid_argument(place + ": " + name + " is no setting; " + meant_by(name));
+  const auto where = [path, places = file.value().places](const std::string& name) {
+    const auto place = places.find(name);
+    return (place == places.end() ? path : place->second) + ": " + name;
+  };
+  return Layer{Origin::kFile, std::move(file.value().values), where};
 }
 
 Status apply(const Layer& layer, ResolvedConfig& resolved) {

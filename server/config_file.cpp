@@ -33,28 +33,38 @@ std::optional<std::vector<std::string>> values_of(const toml::node& node) {
   return values;
 }
 
-std::string at_line(const std::string& path, const toml::source_region& where) {
-  return path + ": line " + std::to_string(where.begin.line) + ": ";
+std::string place_of(const std::string& path, const toml::source_region& where) {
+  return path + ": line " + std::to_string(where.begin.line);
+}
+
+std::string why_not(const toml::key& key, const toml::node& node) {
+  const std::string name(key.str());
+  const auto* array = node.as_array();
+  if (node.is_table() || (array != nullptr && !array->empty() && array->front().is_table()))
+    return "[" + name +
+           "] is a table, and tables are not supported: write its keys "
+           "without it, as in max-sessions = 8; --print-config lists them";
+  return name + ": text, a whole number, true or false, or a list of these is expected";
 }
 
 }  // namespace
 
-Result<std::map<std::string, std::vector<std::string>>> read_config_file(const std::string& path) {
+Result<ConfigFile> read_config_file(const std::string& path) {
   const Result<std::string> text = read_small_file("config", path);
   if (!text) return text.error();
   try {
     const toml::table table = toml::parse(text.value(), path);
-    std::map<std::string, std::vector<std::string>> values;
+    ConfigFile file;
     for (const auto& [key, node] : table) {
+      const std::string place = place_of(path, key.source());
       std::optional<std::vector<std::string>> found = values_of(node);
-      if (!found)
-        return invalid_argument(at_line(path, node.source()) + std::string(key.str()) +
-                                ": text, a whole number, true or false, or a list of these is expected");
-      values.emplace(key.str(), *std::move(found));
+      if (!found) return invalid_argument(place + ": " + why_not(key, node));
+      file.values.emplace(key.str(), *std::move(found));
+      file.places.emplace(key.str(), place);
     }
-    return values;
+    return file;
   } catch (const toml::parse_error& error) {
-    return invalid_argument(at_line(path, error.source()) + std::string(error.description()));
+    return invalid_argument(place_of(path, error.source()) + ": " + std::string(error.description()));
   }
 }
 

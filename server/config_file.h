@@ -11,11 +11,15 @@
 
 namespace warmfront::server {
 
-/// The file's keys with their values as they would be written after a flag; a list has several.
-/// INVALID_ARGUMENT, naming `path` and the line, for a file that cannot be read or is no TOML, a key twice,
-/// and a value that is neither text, integer, boolean nor a list of these. Whether the keys are settings is
-/// for the caller to say.
-Result<std::map<std::string, std::vector<std::string>>> read_config_file(const std::string& path);
+struct ConfigFile {
+  std::map<std::string, std::vector<std::string>> values;  ///< as written after a flag; a list has several
+  std::map<std::string, std::string> places;               ///< of the same keys: "PATH: line N"
+};
+
+/// The file's keys. INVALID_ARGUMENT, naming `path` and the line, for a file that cannot be read or is no
+/// TOML, a key twice, a table, and a value that is neither text, integer, boolean nor a list of these.
+/// Whether the keys are settings is for the caller to say.
+Result<ConfigFile> read_config_file(const std::string& path);
 
 /// `text` as a TOML string, quotes included; what is no UTF-8 comes out replaced.
 std::string toml_string(const std::string& text);

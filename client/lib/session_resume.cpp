@@ -18,6 +18,11 @@ constexpr std::size_t kFrameChunk = std::size_t{4} << 20;
 /// Bytes of a message besides its bulk field.
 constexpr std::size_t kMessageOverhead = 1024;
 
+std::string in_words(std::chrono::milliseconds time) {
+  const auto ms = time.count();
+  return ms % 1000 == 0 ? std::to_string(ms / 1000) + " s" : std::to_string(ms) + " ms";
+}
+
 }  // namespace
 
 Error Session::Impl::fail(Error error) {
@@ -84,9 +89,9 @@ Status Session::Impl::establish(Full full) {
     const std::chrono::milliseconds wait =
         std::max(backoff, error->retry_after.value_or(std::chrono::milliseconds(0)));
     if (WallClock::now() + wait >= deadline)
-      return fail(
-          {ErrorCode::kUnavailable,
-           "session " + id() + " could not be resumed within the resume timeout: " + error->error.message});
+      return fail({ErrorCode::kUnavailable,
+                   "session " + id() + " could not be resumed within the resume timeout of " +
+                       in_words(connection_->options().resume_timeout) + ": " + error->error.message});
     sleep(wait);
   }
 }

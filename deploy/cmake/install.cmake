@@ -6,7 +6,6 @@ include(CMakePackageConfigHelpers)
 if(PROJECT_IS_TOP_LEVEL)
   set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
   set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/warmfront)
-  set(libraries warmfront_engine)
   # Headers keep their paths from the root, so that #include "engine/collider.h" works before and after installation.
   # Only public headers of the engine, which include none of its rooms.
   file(GLOB public_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/engine/*.h)
@@ -15,8 +14,10 @@ if(PROJECT_IS_TOP_LEVEL)
   file(GLOB plug_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/client/ipc_toolkit/*.h)
   install(FILES ${plug_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/client/ipc_toolkit)
   if(WARMFRONT_SERVICE)
-    # A static library needs its dependencies at link time: install the contract; find_package() finds gRPC.
-    list(APPEND libraries warmfront_proto warmfront_wire warmfront_client)
+    # A static library needs its dependencies at link time: install the contract; find_package() finds gRPC. In a file of
+    # their own, which who asks for the engine alone does not read: they name gRPC's targets.
+    install(TARGETS warmfront_proto warmfront_wire warmfront_client EXPORT warmfrontClientTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+    install(EXPORT warmfrontClientTargets NAMESPACE warmfront:: DESTINATION ${package_dir})
     install(TARGETS warmfrontd warmfront RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT service)
     install(FILES deploy/systemd/warmfrontd.service DESTINATION lib/systemd/system COMPONENT service)
     install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT service)
@@ -31,7 +32,7 @@ if(PROJECT_IS_TOP_LEVEL)
     install(DIRECTORY proto/warmfront DESTINATION ${CMAKE_INSTALL_DATADIR}/warmfront/proto
             FILES_MATCHING PATTERN "*.proto")
   endif()
-  install(TARGETS ${libraries} EXPORT warmfrontTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(TARGETS warmfront_engine EXPORT warmfrontTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(EXPORT warmfrontTargets NAMESPACE warmfront:: DESTINATION ${package_dir})
 
   configure_package_config_file(deploy/cmake/warmfrontConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfig.cmake

@@ -51,16 +51,34 @@ Interval Lane::take_interval() {
   return std::exchange(interval_, {});
 }
 
-void Lane::lost(const Error& error) {
+std::optional<Unserved> Lane::unserved() const {
+  const std::lock_guard lock(mutex_);
+  return unserved_;
+}
+
+void Lane::count(const Error& error) {
   tally_.error(error);
   const std::lock_guard lock(mutex_);
   ++interval_.errors;
+}
+
+void Lane::lost(const Error& error) {
+  count(error);
+  not_served(error);
+}
+
+void Lane::not_served(const Error& error) {
+  const bool gone = error.code == ErrorCode::kUnavailable || error.code == ErrorCode::kDeadlineExceeded;
+  const std::lock_guard lock(mutex_);
+  if (!unserved_) unserved_.emplace().since = Clock::now();
+  unserved_->why = gone ? Unserved::Why::kNoDaemon : Unserved::Why::kRefused;
 }
 
 bool Lane::open() {
   if (!client_) {
     ClientOptions connection = plan_.connection;
     connection.resume_timeout = kResumeTimeout;
+    connection.on_lost = [this](const Error& why) { not_served(why); };
     Result<Client> client = Client::connect(plan_.server, connection);
     if (!client) {
       failure_ = client.error();
@@ -101,7 +119,7 @@ bool Lane::start_recording() {
                                                playback_.scene(), playback_.at(tick_), plan_.options);
   if (!recorder) {
     failure_ = recorder.error();
-    lost(recorder.error());
+    count(recorder.error());
     session_.reset();
     return false;
   }
@@ -200,6 +218,7 @@ void Lane::take(const Answer& answer, const FrameTimes& times, Kind kind, Asked 
   const std::lock_guard lock(mutex_);
   interval_.latency.record(1e3 * (times.answered - times.due));
   interval_.contacts += contacts;
+  unserved_.reset();
 }
 
 void Lane::run(Clock::time_point start, const std::atomic<bool>& stop) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One session of a load, and its thread. take_interval() may be called from any thread; all other functions
-// by one at a time.
+// One session of a load, and its thread. take_interval() and unserved() may be called from any thread; all
+// other functions by one at a time.
 #pragma once
 
 #include <atomic>
@@ -25,6 +25,12 @@ struct Interval {
   void merge(const Interval& other);
 };
 
+/// That a session's last call did not succeed.
+struct Unserved {
+  enum class Why { kNoDaemon, kRefused } why = Why::kNoDaemon;
+  std::chrono::steady_clock::time_point since;  ///< the first call of those in a row
+};
+
 class Lane {
  public:
   using Clock = std::chrono::steady_clock;
@@ -43,6 +49,8 @@ class Lane {
   void run(Clock::time_point start, const std::atomic<bool>& stop);
 
   Interval take_interval();
+  /// Empty while the session is served; set, too, while it looks for a daemon to resume at.
+  std::optional<Unserved> unserved() const;
   const Tally& tally() const { return tally_; }
 
  private:
@@ -53,7 +61,10 @@ class Lane {
   bool wait_until(double due, const std::atomic<bool>& stop) const;
   bool open();
   bool start_recording();
+  void count(const Error& error);
+  /// Of an answer that did not come.
   void lost(const Error& error);
+  void not_served(const Error& error);
   /// Builds the next frame, waits until what the mix asks of it is due, and takes the answer. In a closed
   /// loop it is due at once.
   bool step(std::optional<double> due, Kind kind, const std::atomic<bool>& stop);
@@ -83,8 +94,10 @@ class Lane {
   std::optional<Error> failure_;
   Tally tally_;
 
-  std::mutex mutex_;
-  Interval interval_;  // protected by mutex_
+  mutable std::mutex mutex_;
+  // Protected by mutex_.
+  Interval interval_;
+  std::optional<Unserved> unserved_;
 };
 
 }  // namespace warmfront::client::load

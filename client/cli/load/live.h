@@ -3,11 +3,27 @@
 // seconds elsewhere. Used by one thread at a time.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
+#include "client/cli/load/histogram.h"
 #include "client/cli/load/measured.h"
 
 namespace warmfront::client::load {
+
+/// What a line tells: a second's end, and sums since the line before.
+struct Shown {
+  /// At its end; `seconds`, `frames` and `contacts` are the sums. Its p50 and p99 are of the last second
+  /// alone.
+  Second second = {.seconds = 0};
+  Histogram latency;
+  std::uint64_t errors = 0;  ///< since the start
+
+  void add(const Second& next, const Histogram& its_latency);
+};
+
+/// The line, without its end: never more seconds than the plan has.
+std::string live_line(const Plan& plan, const Shown& shown);
 
 class Live {
  public:
@@ -17,14 +33,13 @@ class Live {
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
 
-  void show(const Second& second);
+  void show(const Second& second, const Histogram& latency);
 
  private:
   const Plan& plan_;
   const bool terminal_;
   bool shown_ = false;
-  double last_ = 0;
-  std::uint64_t errors_ = 0;
+  Shown next_;
 };
 
 }  // namespace warmfront::client::load

@@ -23,7 +23,8 @@ bool holds(const Measured& measured, const Limit& limit) {
 Result<const Point*> Loads::run(const Plan& plan, std::span<const Limit> limits) {
   Live live(plan);
   Result<Measured> measured = load::run(
-      plan, playback_, expected_, [&live](const Second& second) { live.show(second); }, interrupted_);
+      plan, playback_, expected_,
+      [&live](const Second& second, const Histogram& latency) { live.show(second, latency); }, interrupted_);
   if (!measured) return measured.error();
   std::vector<Verdict> verdicts = judge(limits, measured.value());
   report_.points.push_back({std::move(measured).value(), std::move(verdicts)});

@@ -7,6 +7,12 @@
 #include <thread>
 
 namespace warmfront::client::load {
+namespace {
+
+/// What is shown with one decimal, and longer than run() looks away.
+constexpr double kLeastOutage = 0.05;
+
+}  // namespace
 
 double Measured::kept_pace() const {
   const std::uint64_t due = tally.frames + tally.unsent;
@@ -27,6 +33,16 @@ std::string Measured::client_limit() const {
     return text;
   }
   return "";
+}
+
+std::string Measured::outage() const {
+  if (unserved_seconds < kLeastOutage) return "";
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "no session had a daemon that served it for %.1f of the %.1f measured seconds: frames/s and "
+                "contacts/s count this time in",
+                unserved_seconds, seconds);
+  return text;
 }
 
 }  // namespace warmfront::client::load

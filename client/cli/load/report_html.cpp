@@ -94,6 +94,8 @@ std::string remarks(const Point& point) {
   std::string text;
   for (const auto& [code, count] : m.tally.errors)
     text += "<p class=\"missed\">" + escaped(code + ": " + std::to_string(count)) + "</p>\n";
+  if (const std::string outage = m.outage(); !outage.empty())
+    text += "<p class=\"missed\">Warning: " + escaped(outage) + "</p>\n";
   if (const std::string limit = m.client_limit(); !limit.empty())
     text += "<p class=\"missed\">The client may be the limit: " + escaped(limit) + "</p>\n";
   if (m.tally.checked > 0)

@@ -53,6 +53,7 @@ Json to_json(const Point& point) {
   const Measured& m = point.measured;
   Json json = plan_of(m.plan);
   json["measured_seconds"] = m.seconds;
+  json["unserved_seconds"] = m.unserved_seconds;
   json["interrupted"] = m.interrupted;
   json["counts"] = counts_of(m);
   json["errors_by_code"] = Json::object();
@@ -83,7 +84,9 @@ Json to_json(const Point& point) {
                               {"contacts", s.contacts},
                               {"errors", s.errors},
                               {"p50_ms", s.p50_ms},
-                              {"p99_ms", s.p99_ms}});
+                              {"p99_ms", s.p99_ms},
+                              {"sessions_without_daemon", s.without_daemon},
+                              {"sessions_refused", s.refused}});
   return json;
 }
 
@@ -137,6 +140,7 @@ std::string format_csv(const Report& report) {
     for (std::size_t p = 0; p < kParts; ++p)
       row[std::string(kPartNames[p]) + "_mean_ms"] = m.tally.parts[p].mean_ms();
     row["client_cpu_cores"] = m.client_cpu_cores;
+    row["unserved_seconds"] = m.unserved_seconds;
     std::string head, line;
     for (const auto& item : row.items()) {
       const char* separator = head.empty() ? "" : ",";

@@ -81,6 +81,7 @@ std::string remarks(const Report& report, const Point& point) {
   if (m.plan.arrival != Arrival::kClosed && m.kept_pace() < 0.99)
     text += print("the daemon did not keep pace: %.1f%% of the frames due were sent before the end\n",
                   100 * m.kept_pace());
+  if (const std::string outage = m.outage(); !outage.empty()) text += "warning: " + outage + "\n";
   if (const std::string limit = m.client_limit(); !limit.empty())
     text += "warning: the client may be the limit: " + limit + "\n";
   if (report.checked)

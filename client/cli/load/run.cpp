@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <latch>
 #include <memory>
+#include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "client/cli/load/lane.h"
@@ -28,22 +30,55 @@ double processor_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-Second sum_up(std::vector<std::unique_ptr<Lane>>& lanes, double at, double length) {
-  Interval all;
-  for (const auto& lane : lanes) all.merge(lane->take_interval());
-  return {at,
-          length,
-          all.latency.count(),
-          all.contacts,
-          all.errors,
-          all.latency.quantile(0.5),
-          all.latency.quantile(0.99)};
-}
+/// The lanes, from when they start.
+class Lanes {
+ public:
+  Lanes(const std::vector<std::unique_ptr<Lane>>& lanes, Clock::time_point start)
+      : lanes_(lanes), start_(start) {}
+
+  /// Seconds from the start; less than 0 before it.
+  double at(Clock::time_point time) const { return std::chrono::duration<double>(time - start_).count(); }
+
+  /// What happened in the `length` seconds until `at`, and the latencies.
+  std::pair<Second, Histogram> sum_up(double at, double length) const {
+    Interval all;
+    Second second{.at = at, .seconds = length, .unserved_since = at};
+    for (const auto& lane : lanes_) {
+      all.merge(lane->take_interval());
+      const std::optional<Unserved> unserved = lane->unserved();
+      if (!unserved) continue;
+      ++(unserved->why == Unserved::Why::kNoDaemon ? second.without_daemon : second.refused);
+      second.unserved_since = std::clamp(this->at(unserved->since), 0.0, second.unserved_since);
+    }
+    second.frames = all.latency.count();
+    second.contacts = all.contacts;
+    second.errors = all.errors;
+    second.p50_ms = all.latency.quantile(0.5);
+    second.p99_ms = all.latency.quantile(0.99);
+    return {second, std::move(all.latency)};
+  }
+
+  /// Since when no session is served, in seconds from the start; empty while one is.
+  std::optional<double> none_served_since() const {
+    double since = 0;
+    for (const auto& lane : lanes_) {
+      const std::optional<Unserved> unserved = lane->unserved();
+      if (!unserved) return std::nullopt;
+      since = std::max(since, at(unserved->since));
+    }
+    return since;
+  }
+
+ private:
+  const std::vector<std::unique_ptr<Lane>>& lanes_;
+  const Clock::time_point start_;
+};
 
 }  // namespace
 
 Result<Measured> run(const Plan& plan, const Playback& playback, const ExpectedAnswers* expected,
-                     const std::function<void(const Second&)>& each_second, const std::atomic<bool>& stop) {
+                     const std::function<void(const Second&, const Histogram& latency)>& each_second,
+                     const std::atomic<bool>& stop) {
   std::vector<std::unique_ptr<Lane>> lanes;
   for (std::uint32_t i = 0; i < plan.sessions; ++i)
     lanes.push_back(std::make_unique<Lane>(plan, playback, expected, i));
@@ -72,8 +107,9 @@ Result<Measured> run(const Plan& plan, const Playback& playback, const ExpectedA
 
   Measured measured;
   measured.plan = plan;
-  const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  double processor = 0, from = -1, last = 0;
+  const Lanes all(lanes, start);
+  const auto elapsed = [&] { return all.at(Clock::now()); };
+  double processor = 0, from = -1, last = 0, looked_at = plan.measured_from();
   while (!ended.try_wait()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const double now = elapsed();
@@ -81,13 +117,17 @@ Result<Measured> run(const Plan& plan, const Playback& playback, const ExpectedA
       from = now;
       processor = processor_seconds();
     }
+    if (const std::optional<double> since = all.none_served_since())
+      measured.unserved_seconds += std::max(0.0, std::min(now, plan.end()) - std::max(*since, looked_at));
+    looked_at = std::max(now, looked_at);
     if (now - last < 1) continue;
-    measured.series.push_back(sum_up(lanes, now, now - last));
-    each_second(measured.series.back());
+    const auto [second, latency] = all.sum_up(now, now - last);
+    measured.series.push_back(second);
+    each_second(second, latency);
     last = now;
   }
   const double now = elapsed();
-  if (now - last > 0.05) measured.series.push_back(sum_up(lanes, now, now - last));
+  if (now - last > 0.05) measured.series.push_back(all.sum_up(now, now - last).first);
   threads.clear();
   measured.interrupted = stop;
   measured.seconds = std::clamp(now - plan.measured_from(), 0.0, plan.duration);

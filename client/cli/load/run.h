@@ -11,9 +11,10 @@
 
 namespace warmfront::client::load {
 
-/// Runs the plan; calls `each_second` on this thread. `stop` ends it early. Fails when no session could be
-/// created.
+/// Runs the plan; calls `each_second`, with the latencies of that second, on this thread. `stop` ends it
+/// early. Fails when no session could be created.
 Result<Measured> run(const Plan& plan, const Playback& playback, const ExpectedAnswers* expected,
-                     const std::function<void(const Second&)>& each_second, const std::atomic<bool>& stop);
+                     const std::function<void(const Second&, const Histogram& latency)>& each_second,
+                     const std::atomic<bool>& stop);
 
 }  // namespace warmfront::client::load

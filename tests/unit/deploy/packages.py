@@ -55,6 +55,23 @@ endif()
     return (folder / "asked" / "said").read_text()
 
 
+def linked(prefix, folder, components, target):
+    """What CMake says to a project that asks for these components and links this target."""
+    (folder / "links").mkdir(exist_ok=True)
+    (folder / "links" / "main.cpp").write_text("int main() {}\n")
+    (folder / "links" / "CMakeLists.txt").write_text(f"""
+cmake_minimum_required(VERSION 3.25)
+project(links LANGUAGES CXX)
+find_package(warmfront REQUIRED COMPONENTS {components})
+add_executable(program main.cpp)
+target_link_libraries(program {target})
+""")
+    shutil.rmtree(folder / "linked", ignore_errors=True)
+    done = subprocess.run(["cmake", "-S", folder / "links", "-B", folder / "linked", f"-DCMAKE_PREFIX_PATH={prefix}"],
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return " ".join(done.stdout.split())
+
+
 def needed_by_engine():
     """The names of find_package() that CMakeLists.txt asks for without the service."""
     text = (SOURCE / "CMakeLists.txt").read_text()

@@ -39,6 +39,21 @@ def test_who_wants_the_engine_alone_needs_no_grpc(tmp_path):
     assert packages.found(tmp_path / "installed", tmp_path, "client") == "found\n"
 
 
+@pytest.mark.skipif(not (BUILD / "bin" / "warmfrontd").exists(), reason="the service is not built")
+def test_a_client_that_was_not_asked_for_is_not_there_and_said_not_to_be(tmp_path):
+    packages.install(BUILD, tmp_path / "installed")
+
+    def links_client(components):
+        return packages.linked(tmp_path / "installed", tmp_path, components, "warmfront::client")
+    told = links_client("engine")
+    assert "The component client was not asked for, so there is no warmfront::client" in told
+    assert "but the target was not found" in told and "gRPC" not in told and "warmfrontTargets" not in told, told
+    for components in ("engine client", "client"):
+        told = links_client(components)
+        assert "Generating done" in told and "not asked for" not in told, told
+    assert "Generating done" in packages.linked(tmp_path / "installed", tmp_path, "engine", "warmfront::engine")
+
+
 # --- Conan ---
 
 def copy(_, pattern, source, target):

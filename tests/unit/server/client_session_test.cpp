@@ -261,7 +261,10 @@ TEST_F(ClientSessionTest, GivesUpWhenTheDaemonDoesNotReturn) {
   Session session = client.create_session(grids_.scene(), Doubles(start)).value();
   ASSERT_TRUE(step(session, grids_, 1).ok());
   daemon_.stop();
-  EXPECT_EQ(step(session, grids_, 2).error().code, ErrorCode::kUnavailable);
+  const auto lost = step(session, grids_, 2);
+  EXPECT_EQ(lost.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(lost.error().message,
+              ::testing::HasSubstr("could not be resumed within the resume timeout of 300 ms: "));
   EXPECT_EQ(step(session, grids_, 2).error().code, ErrorCode::kUnavailable);
 }
 

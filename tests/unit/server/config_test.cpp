@@ -103,12 +103,31 @@ TEST_F(ConfigTest, ErrorsAreUsageErrorsThatNameTheirSource) {
   environment_.clear();
   write_file("colour = \"red\"\n");
   EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
-  EXPECT_THAT(err_.str(), HasSubstr(file_ + ": colour is no setting; --print-config"));
+  EXPECT_THAT(err_.str(), HasSubstr(file_ + ": line 1: colour is no setting; --print-config lists them\n"));
   write_file("max_sessions = 3\n");
   EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
   EXPECT_THAT(err_.str(), HasSubstr("max_sessions is no setting; it is max-sessions in a file"));
   EXPECT_EQ(std::get<int>(resolve({"--config", "/nonexistent/file"})), 3);
   EXPECT_EQ(std::get<int>(resolve({"--help"})), 0);
+}
+
+TEST_F(ConfigTest, AMistakeInAFileIsShownWithItsLineAndWhatIsNearest) {
+  const auto refusal = [&](const char* text) {
+    write_file(text);
+    err_.str("");
+    EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3) << text;
+    return err_.str();
+  };
+  const std::string start = "warmfrontd: " + file_;
+  EXPECT_EQ(refusal("threads = 2\n\nmax-session = 3\n"),
+            start + ": line 3: max-session is no setting; the nearest is max-sessions\n");
+  EXPECT_EQ(refusal("# sizes\nmax_sesions = 3\n"),
+            start + ": line 2: max_sesions is no setting; the nearest is max-sessions\n");
+  EXPECT_THAT(refusal("threads = 1\nwindow = 0\n"), HasSubstr(start + ": line 2: window: \"0\""));
+  for (const char* table :
+       {"[server]\nthreads = 1\n", "[[server]]\nthreads = 1\n", "server = {threads = 1}\n"})
+    EXPECT_THAT(refusal(table),
+                HasSubstr(start + ": line 1: [server] is a table, and tables are not supported: write"));
 }
 
 TEST_F(ConfigTest, ADeprecatedNameIsAcceptedWithAWarningButNotBesideTheCurrentOne) {

@@ -4,9 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <fstream>
+#include <future>
 #include <regex>
 #include <sstream>
+#include <thread>
 
 #include "client/cli/exit_codes.h"
 #include "tests/unit/client/command.h"
@@ -170,6 +173,27 @@ TEST_F(LoadEndToEnd, CountsErrorsByTheirCode) {
   EXPECT_THAT(unlimited.out, HasSubstr("2 of 3 sessions were missing at the end: "));
   EXPECT_THAT(unlimited.out, AnyOf(HasSubstr("max-sessions"), HasSubstr("quota of 1 uploads")))
       << "the limit that refused them, whichever was met first";
+}
+
+TEST_F(LoadEndToEnd, AnOutageIsInTheReport) {
+  std::future<Outcome> running = std::async(std::launch::async, [this] {
+    return load("--sessions 2 --duration 5s --warmup 0s --json " + file("r.json") + " --html " +
+                file("r.html"));
+  });
+  while (metric("warmfront_steps_total") < 20 &&
+         running.wait_for(std::chrono::milliseconds(10)) == std::future_status::timeout) {
+  }
+  daemon_.stop();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  daemon_.start();
+  const Outcome outcome = running.get();
+  EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
+  EXPECT_THAT(outcome.out, HasSubstr("warning: no session had a daemon that served it for "));
+  EXPECT_THAT(text_of(file("r.html")), HasSubstr("no session had a daemon"));
+  const Json point = Json::parse(text_of(file("r.json")))["points"][0];
+  EXPECT_GT(point["unserved_seconds"], 0);
+  EXPECT_LT(point["unserved_seconds"], point["measured_seconds"]);
+  EXPECT_EQ(point["counts"]["errors"], 0) << "the sessions were resumed";
 }
 
 TEST_F(LoadEndToEnd, UsageErrorsTakeOneLine) {

@@ -183,7 +183,7 @@ def test_no_daemon_within_the_resume_timeout(daemon):
     with warmfront.connect(daemon.address, timeouts=Timeouts(resume=2)) as client:
         session = client.session(before, faces)
         daemon.kill()
-        with pytest.raises(UnavailableError, match="could not be resumed within the resume timeout"):
+        with pytest.raises(UnavailableError, match="could not be resumed within the resume timeout of 2 s: "):
             session.step(after)
         with pytest.raises(ConnectionError):  # for good, and as Python's own
             session.step(after)
