@@ -208,8 +208,8 @@ TEST(Replace, WhatDoesNotFitIsRefusedAndNothingChanges) {
   thick.body.kind = BodyKind::kRemoved;
   refused(replace(1, thick, at), kInvalidArgument, "no vertices and no positions");
   refused(collider.replace_elements(1, {{0, 1, 25}}), kInvalidArgument, "bodies[1]: faces[0][2]");
-  refused(collider.replace_elements(1, {}, {{16, 7}}), kInvalidArgument,
-          "bodies[1]: edges[0][0]: vertex index 16 is not in [0, 16); a body's faces and edges number its "
+  refused(collider.replace_elements(1, {}, {{25, 7}}), kInvalidArgument,
+          "bodies[1]: edges[0][0]: vertex index 25 is not in [0, 25); a body's faces and edges number its "
           "own vertices, from 0");
   refused(collider.replace_elements(0, {}, {{3, 3}}), kInvalidArgument, "to itself");
   EXPECT_EQ(collider.positions(), sheets.positions);
