@@ -154,6 +154,7 @@ void CreateCall::log_refused(const Fault& fault) const {
                      {{"session", id != nullptr ? id->text() : std::string()},
                       {"principal", principal_.name},
                       {"code", std::int64_t{to_grpc_code(fault.code)}},
+                      {"code_name", canonical_name(to_grpc_code(fault.code))},
                       {"reason", fault.message},
                       {"request_id", tag.request_id},
                       {"traceparent", tag.traceparent}});

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/transport/call_tag.h"
+#include "server/transport/errors.h"
 #include "server/transport/heavy.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/yield_to_steps.h"
@@ -165,10 +166,18 @@ void StepStream::break_locked(StreamEvent::Kind kind) {
 
 void StepStream::log_end_locked(const grpc::Status& status) {
   const CallTag tag = call_tag(rpc_);
-  context_.log.write(status.ok() ? LogLevel::kDebug : LogLevel::kInfo, "stream_ended",
-                     {{"session", session_ ? session_->id().text() : std::string()},
+  // A client that heeds the notice of a drain ends its stream well: who drains wants to see every one end.
+  const bool routine = status.ok() && !context_.lifecycle.draining();
+  // One that never attached, as while the daemon drains, is known by the session that its client named.
+  const Outcome<SessionId> named = session_id_of({}, metadata_id_);
+  context_.log.write(routine ? LogLevel::kDebug : LogLevel::kInfo, "stream_ended",
+                     {{"session", session_ ? session_->id().text()
+                                  : named  ? named.value().text()
+                                           : ""},
+                      {"attached", session_ != nullptr},
                       {"principal", principal_.name},
                       {"code", std::int64_t{status.error_code()}},
+                      {"code_name", canonical_name(status.error_code())},
                       {"reason", status.error_message()},
                       {"request_id", tag.request_id},
                       {"traceparent", tag.traceparent}});

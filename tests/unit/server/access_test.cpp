@@ -237,8 +237,10 @@ TEST_F(PrincipalBytesTest, APrincipalAtItsByteQuotaDoesNotBlockOthers) {
   ASSERT_FALSE(next.ok());
   EXPECT_EQ(next.error().code, ErrorCode::kResourceExhausted);
   EXPECT_THAT(next.error().message, HasSubstr("--max-principal-bytes"));
-  EXPECT_THAT(small_.log(), ContainsRegex("\"event\":\"create_refused\",\"session\":\"[0-9a-f-]+\","
-                                          "\"principal\":\"alice\",\"code\":8,\"reason\":\""));
+  EXPECT_THAT(
+      small_.log(),
+      ContainsRegex("\"event\":\"create_refused\",\"session\":\"[0-9a-f-]+\","
+                    "\"principal\":\"alice\",\"code\":8,\"code_name\":\"RESOURCE_EXHAUSTED\",\"reason\":\""));
   EXPECT_GE(sessions.size(), 2u);
   EXPECT_TRUE(open_grids(bob).ok()) << "the daemon has room for others";
   const std::vector<double> moved = MovingGrids(4).positions(1);

@@ -8,6 +8,7 @@
 
 #include <limits>
 #include <random>
+#include <string>
 #include <thread>
 
 #include "tests/unit/server/service_fixture.h"
@@ -278,6 +279,28 @@ TEST_F(ServiceTest, DrainRefusesNewCallsNotifiesStreamsAndDeliversWhatIsInHand) 
   EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_DRAINING);
   EXPECT_TRUE(drained);
   EXPECT_EQ(create(kOther).error_code(), StatusCode::UNAVAILABLE);
+}
+
+TEST_F(ServiceTest, OfADrainTheEndOfEveryStreamIsLoggedWithItsSessionAndItsCodesName) {
+  ASSERT_TRUE(create().ok());
+  Context context, late_context;
+  const auto stream = open(context, 1);
+  std::thread drain([&] { daemon_->drain(); });
+  v1::StreamStepsResponse response;
+  EXPECT_TRUE(stream->Read(&response) && response.has_draining());
+  // One that comes now is refused before it attaches; the other heeds the notice.
+  late_context.AddMetadata("warmfront-session", kOther);
+  EXPECT_EQ(stub_->StreamSteps(&late_context)->Finish().error_code(), StatusCode::UNAVAILABLE);
+  stream->WritesDone();
+  EXPECT_TRUE(stream->Finish().ok());
+  drain.join();
+  daemon_.stop();
+  const auto ended = [](const char* session, const char* attached, const char* code) {
+    return std::string("\"level\":\"info\",\"event\":\"stream_ended\",\"session\":\"") + session +
+           "\",\"attached\":" + attached + ",\"principal\":\"\",\"code\":" + code;
+  };
+  EXPECT_THAT(daemon_.log(), HasSubstr(ended(kId, "true", "0,\"code_name\":\"OK\"")));
+  EXPECT_THAT(daemon_.log(), HasSubstr(ended(kOther, "false", "14,\"code_name\":\"UNAVAILABLE\"")));
 }
 
 }  // namespace
