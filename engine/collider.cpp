@@ -16,8 +16,7 @@ namespace {
 
 constexpr std::string_view kNoTrial =
     "no trial was answered since the last step, commit, change of the scene or request that failed; ask for "
-    "a "
-    "trial or max_step first";
+    "a trial or max_step first";
 
 }  // namespace
 

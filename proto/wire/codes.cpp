@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <utility>
 
 namespace warmfront::wire {
@@ -43,6 +44,16 @@ ErrorCode error_code(int canonical) {
   if (canonical == kOutOfRange) return ErrorCode::kInvalidArgument;
   const auto found = std::ranges::find(kCodes, canonical, &std::pair<ErrorCode, int>::second);
   return found == kCodes.end() ? ErrorCode::kInternal : found->first;
+}
+
+const char* canonical_name(int canonical) {
+  constexpr std::array kNames{
+      "OK",        "CANCELLED",      "UNKNOWN",           "INVALID_ARGUMENT",   "DEADLINE_EXCEEDED",
+      "NOT_FOUND", "ALREADY_EXISTS", "PERMISSION_DENIED", "RESOURCE_EXHAUSTED", "FAILED_PRECONDITION",
+      "ABORTED",   "OUT_OF_RANGE",   "UNIMPLEMENTED",     "INTERNAL",           "UNAVAILABLE",
+      "DATA_LOSS", "UNAUTHENTICATED"};
+  const auto index = static_cast<std::size_t>(canonical);
+  return index < kNames.size() ? kNames[index] : "UNKNOWN";
 }
 
 }  // namespace warmfront::wire

@@ -10,5 +10,7 @@ namespace warmfront::wire {
 int canonical_code(ErrorCode code);
 /// OUT_OF_RANGE becomes kInvalidArgument; UNKNOWN and invalid codes become kInternal.
 ErrorCode error_code(int canonical);
+/// As gRPC spells it: "RESOURCE_EXHAUSTED"; "UNKNOWN" for what is no code.
+const char* canonical_name(int canonical);
 
 }  // namespace warmfront::wire

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "proto/byte_buffer.h"
+#include "proto/wire/codes.h"
 #include "server/session/step_cost.h"
 #include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
@@ -154,7 +155,7 @@ void CreateCall::log_refused(const Fault& fault) const {
                      {{"session", id != nullptr ? id->text() : std::string()},
                       {"principal", principal_.name},
                       {"code", std::int64_t{to_grpc_code(fault.code)}},
-                      {"code_name", canonical_name(to_grpc_code(fault.code))},
+                      {"code_name", wire::canonical_name(wire::canonical_code(fault.code))},
                       {"reason", fault.message},
                       {"request_id", tag.request_id},
                       {"traceparent", tag.traceparent}});

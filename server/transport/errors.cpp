@@ -2,8 +2,6 @@
 // Faults to statuses. Thread-safe.
 #include "server/transport/errors.h"
 
-#include <array>
-#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -87,16 +85,6 @@ void add_quota_failure(const Fault& fault, v1::Status& status) {
 
 grpc::StatusCode to_grpc_code(ErrorCode code) {
   return static_cast<grpc::StatusCode>(wire::canonical_code(code));
-}
-
-const char* canonical_name(grpc::StatusCode code) {
-  constexpr std::array kNames{
-      "OK",        "CANCELLED",      "UNKNOWN",           "INVALID_ARGUMENT",   "DEADLINE_EXCEEDED",
-      "NOT_FOUND", "ALREADY_EXISTS", "PERMISSION_DENIED", "RESOURCE_EXHAUSTED", "FAILED_PRECONDITION",
-      "ABORTED",   "OUT_OF_RANGE",   "UNIMPLEMENTED",     "INTERNAL",           "UNAVAILABLE",
-      "DATA_LOSS", "UNAUTHENTICATED"};
-  const auto index = static_cast<std::size_t>(code);
-  return index < kNames.size() ? kNames[index] : "UNKNOWN";
 }
 
 v1::Status to_proto(const Fault& fault) {

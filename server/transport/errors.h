@@ -10,8 +10,6 @@
 namespace warmfront::server {
 
 grpc::StatusCode to_grpc_code(ErrorCode code);
-/// As gRPC spells it: "UNAVAILABLE".
-const char* canonical_name(grpc::StatusCode code);
 
 /// The status as a message: within a stream, and the trailer `grpc-status-details-bin`.
 v1::Status to_proto(const Fault& fault);

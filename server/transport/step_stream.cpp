@@ -3,10 +3,11 @@
 // what is written: step_stream_writes.cpp. Thread safety as stated in the header.
 #include "server/transport/step_stream.h"
 
+#include <string>
 #include <utility>
 
+#include "proto/wire/codes.h"
 #include "server/transport/call_tag.h"
-#include "server/transport/errors.h"
 #include "server/transport/heavy.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/yield_to_steps.h"
@@ -169,15 +170,17 @@ void StepStream::log_end_locked(const grpc::Status& status) {
   // A client that heeds the notice of a drain ends its stream well: who drains wants to see every one end.
   const bool routine = status.ok() && !context_.lifecycle.draining();
   // One that never attached, as while the daemon drains, is known by the session that its client named.
-  const Outcome<SessionId> named = session_id_of({}, metadata_id_);
+  std::string id;
+  if (session_)
+    id = session_->id().text();
+  else if (const Outcome<SessionId> named = session_id_of({}, metadata_id_))
+    id = named.value().text();
   context_.log.write(routine ? LogLevel::kDebug : LogLevel::kInfo, "stream_ended",
-                     {{"session", session_ ? session_->id().text()
-                                  : named  ? named.value().text()
-                                           : ""},
+                     {{"session", id},
                       {"attached", session_ != nullptr},
                       {"principal", principal_.name},
                       {"code", std::int64_t{status.error_code()}},
-                      {"code_name", canonical_name(status.error_code())},
+                      {"code_name", wire::canonical_name(status.error_code())},
                       {"reason", status.error_message()},
                       {"request_id", tag.request_id},
                       {"traceparent", tag.traceparent}});

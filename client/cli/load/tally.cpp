@@ -4,41 +4,9 @@
 
 #include <algorithm>
 
-namespace warmfront::client::load {
+#include "proto/wire/codes.h"
 
-const char* canonical_name(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::kInvalidArgument:
-      return "INVALID_ARGUMENT";
-    case ErrorCode::kFailedPrecondition:
-      return "FAILED_PRECONDITION";
-    case ErrorCode::kResourceExhausted:
-      return "RESOURCE_EXHAUSTED";
-    case ErrorCode::kUnimplemented:
-      return "UNIMPLEMENTED";
-    case ErrorCode::kCancelled:
-      return "CANCELLED";
-    case ErrorCode::kInternal:
-      return "INTERNAL";
-    case ErrorCode::kDataLoss:
-      return "DATA_LOSS";
-    case ErrorCode::kNotFound:
-      return "NOT_FOUND";
-    case ErrorCode::kAlreadyExists:
-      return "ALREADY_EXISTS";
-    case ErrorCode::kAborted:
-      return "ABORTED";
-    case ErrorCode::kDeadlineExceeded:
-      return "DEADLINE_EXCEEDED";
-    case ErrorCode::kUnauthenticated:
-      return "UNAUTHENTICATED";
-    case ErrorCode::kPermissionDenied:
-      return "PERMISSION_DENIED";
-    case ErrorCode::kUnavailable:
-      return "UNAVAILABLE";
-  }
-  return "UNKNOWN";
-}
+namespace warmfront::client::load {
 
 void Tally::measured(const FrameTimes& times, const Answer& answer, Asked asked) {
   constexpr double kMilliseconds = 1e3;
@@ -70,7 +38,7 @@ void Tally::measured(const FrameTimes& times, const Answer& answer, Asked asked)
 }
 
 void Tally::error(const Error& error) {
-  ++errors[canonical_name(error.code)];
+  ++errors[wire::canonical_name(wire::canonical_code(error.code))];
 }
 
 std::uint64_t Tally::error_count() const {

@@ -75,7 +75,4 @@ struct Tally {
   void merge(const Tally& other);
 };
 
-/// The canonical name of a code, as gRPC spells it: "RESOURCE_EXHAUSTED".
-const char* canonical_name(ErrorCode code);
-
 }  // namespace warmfront::client::load
