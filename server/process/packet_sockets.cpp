@@ -145,14 +145,16 @@ Result<std::unique_ptr<PacketSockets>> PacketSockets::listen(const std::vector<s
 }
 
 void PacketSockets::begin() {
-  for (int i = 0; i < threads_count_; ++i) threads_.emplace_back([this] { work(); });
+  threads_.emplace(threads_count_, [this](ReserveThreads::Hand& hand, std::chrono::milliseconds most) {
+    return turn(hand, most);
+  });
+  threads_->begin();
 }
 
 void PacketSockets::end() noexcept {
   const std::uint64_t one = 1;
   if (wake_ >= 0) static_cast<void>(::write(wake_, &one, sizeof one));
-  for (std::thread& thread : threads_) thread.join();
-  threads_.clear();
+  if (threads_) threads_->join();
 }
 
 PacketSockets::~PacketSockets() {
@@ -164,26 +166,22 @@ PacketSockets::~PacketSockets() {
   for (const auto& [file, connection] : connections_) ::shutdown(connection->file_, SHUT_RDWR);
 }
 
-void PacketSockets::work() noexcept {
-  constexpr int kLookMs = 1000;
-  for (;;) {
-    epoll_event event{};
-    const int events = ::epoll_wait(*poll_, &event, 1, kLookMs);
-    drop_late();
-    if (events <= 0) continue;
-    if (event.data.u64 == kWakeUp) return;  // it stays readable, for the others
-    if ((event.data.u64 & kListener) != 0) {
-      accept_from(static_cast<int>(event.data.u64 & ~kListener));
-      continue;
-    }
-    std::shared_ptr<PacketConnection> connection;
-    {
-      const MutexLock lock(mutex_);
-      if (const auto found = connections_.find(event.data.u64); found != connections_.end())
-        connection = found->second;
-    }
-    if (connection) tell(connection);
+bool PacketSockets::turn(ReserveThreads::Hand& hand, std::chrono::milliseconds most) noexcept {
+  epoll_event event{};
+  const int events = ::epoll_wait(*poll_, &event, 1, static_cast<int>(most.count()));
+  drop_late();
+  if (events <= 0) return true;
+  if (event.data.u64 == kWakeUp) return false;  // it stays readable, for the others
+  if ((event.data.u64 & kListener) != 0) {
+    accept_from(static_cast<int>(event.data.u64 & ~kListener));
+    return true;
   }
+  const std::shared_ptr<PacketConnection> connection = connection_of(event.data.u64);
+  if (!connection) return true;
+  hand.begins();
+  tell(connection);
+  hand.ends();
+  return true;
 }
 
 // Not accept4(): that is for gRPC's connections (accept.h).

@@ -10,14 +10,15 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
-#include <thread>
 #include <unordered_map>
 #include <vector>
 
 #include "engine/result.h"
 #include "server/annotations.h"
+#include "server/process/reserve_threads.h"
 
 namespace warmfront::server {
 
@@ -91,9 +92,9 @@ class PacketReader {
 class PacketSockets {
  public:
   /// Listens on `paths`, in place of what sockets are there, with the access that gRPC's own have. `greeter`
-  /// is told of a connection until it stays, and outlives this. `threads` >= 2; one waits for a connection's
-  /// next packet for a moment before it sleeps, as long as another one remains and the machine has a second
-  /// core.
+  /// is told of a connection until it stays, and outlives this. `threads` >= 2, and one in reserve; one waits
+  /// for a connection's next packet for a moment before it sleeps, as long as another one remains and the
+  /// machine has a second core.
   static Result<std::unique_ptr<PacketSockets>> listen(const std::vector<std::string>& paths, int threads,
                                                        PacketReader& greeter);
   /// From now on connections are accepted, and told of.
@@ -116,7 +117,12 @@ class PacketSockets {
  private:
   explicit PacketSockets(PacketReader& greeter) : greeter_(greeter) {}
 
-  void work() noexcept;
+  bool turn(ReserveThreads::Hand& hand, std::chrono::milliseconds most) noexcept;
+  std::shared_ptr<PacketConnection> connection_of(std::uint64_t file) {
+    const MutexLock lock(mutex_);
+    const auto found = connections_.find(file);
+    return found == connections_.end() ? nullptr : found->second;
+  }
   void accept_from(int listener) noexcept;
   void tell(const std::shared_ptr<PacketConnection>& connection) noexcept;
   /// Of the next packet, with or without sleeping a little: as recv(2).
@@ -142,7 +148,7 @@ class PacketSockets {
   std::chrono::steady_clock::time_point looked_ WARMFRONT_GUARDED_BY(mutex_) =
       std::chrono::steady_clock::now();
 
-  std::vector<std::thread> threads_;  // last: they use all of the above
+  std::optional<ReserveThreads> threads_;  // last: they use all of the above
 };
 
 }  // namespace warmfront::server

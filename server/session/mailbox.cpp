@@ -40,7 +40,8 @@ void Mailbox::run_or_post(Entry step, Here here) noexcept {
   const Lane lane = lane_.load(std::memory_order_relaxed);
   const double ms = ms_.load(std::memory_order_relaxed);
   const bool may = here == Here::kShort ? ms != kUnforeseen && lane == Lane::kShort : is_brief(ms);
-  if (!may || !runner_.run_here(step.turn, lane))
+  const Guest guest = here == Here::kShort ? Guest::kPacket : Guest::kReaction;
+  if (!may || !runner_.run_here(step.turn, lane, guest, is_brief(ms)))
     runner_.post(std::move(step.turn), lane);
 }
 

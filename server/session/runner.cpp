@@ -20,6 +20,9 @@ constexpr std::chrono::milliseconds kGlance{10}, kSleepy{250};
 /// For how long after a short task more are expected.
 constexpr std::chrono::milliseconds kShortAbout{200};
 
+/// For how long after a packet of another's share more are expected.
+constexpr std::chrono::milliseconds kOthersAbout{1000};
+
 /// The thread gets a tenth of a core beside one that wants it all (Linux gives threads priorities of their
 /// own). There is no way back without privileges: so it is for threads that end with their task.
 void step_back(pid_t thread) {
@@ -29,9 +32,9 @@ void step_back(pid_t thread) {
 
 }  // namespace
 
-Runner::Runner(int threads, int guests, std::optional<Overrun> overrun, Clock clock)
+Runner::Runner(int threads, Guests guests, std::optional<Overrun> overrun, Clock clock)
     : lane_threads_(static_cast<std::size_t>(threads)),
-      most_guests_(guests),
+      most_guests_{guests.reactions, guests.packets},
       overrun_(overrun),
       clock_(std::move(clock)),
       epoch_(clock_()) {
@@ -120,13 +123,26 @@ Tasks Runner::take(Lane lane) {
   return one;
 }
 
-bool Runner::run_here(Tasks& one, Lane lane) noexcept {
+bool Runner::has_room_for(const Share& share, Guest guest, bool brief) noexcept {
+  const auto kind = static_cast<std::size_t>(guest);
+  int most = most_guests_[kind];
+  if (guest == Guest::kPacket) {
+    const double now = now_ms();
+    const Share* const last = std::exchange(last_packet_, &share);
+    if (last != nullptr && last != &share) last_other_ms_ = now;
+    if (!brief || now - last_other_ms_ < kOthersAbout.count()) --most;
+  }
+  return guests_[kind] < most;
+}
+
+bool Runner::run_here(Tasks& one, Lane lane, Guest guest, bool brief) noexcept {
   UniqueLock lock(mutex_);
-  if (guests_ >= most_guests_ || queue_of(lane).tasks > 0) return false;
-  ++guests_;
+  if (!has_room_for(share_of(one.front()), guest, brief) || queue_of(lane).tasks > 0) return false;
+  int& guests = guests_[static_cast<std::size_t>(guest)];
+  ++guests;
   if (lane == Lane::kShort) short_begins();
   run(std::move(one), lock);
-  --guests_;
+  --guests;
   return true;
 }
 

@@ -21,6 +21,17 @@
 
 namespace warmfront::server {
 
+/// Threads of others on which tasks run.
+enum class Guest : std::uint8_t {
+  kReaction,  ///< gRPC's
+  kPacket,    ///< that receive packets of clients on this machine
+};
+/// How many tasks may run on these at a time.
+struct Guests {
+  int reactions = 0;
+  int packets = 0;
+};
+
 /// Runs tasks by their shares, and each share's first come, first served within their lane, each lane on
 /// threads of its own, so that a short task never waits for long ones. Tasks do not throw. They share the
 /// threads of Workers for their inner loops, so a few threads here are enough.
@@ -36,9 +47,8 @@ class Runner {
   /// Tells the time that tasks are charged by. Called from any thread.
   using Clock = std::function<std::chrono::steady_clock::time_point()>;
 
-  /// `threads` >= 1, for each lane. At most `guests` tasks run on threads of others at a time. Without
-  /// `overrun` no task is relieved, and none gives way to others.
-  explicit Runner(int threads, int guests = 0, std::optional<Overrun> overrun = std::nullopt,
+  /// `threads` >= 1, for each lane. Without `overrun` no task is relieved, and none gives way to others.
+  explicit Runner(int threads, Guests guests = {}, std::optional<Overrun> overrun = std::nullopt,
                   Clock clock = std::chrono::steady_clock::now);
   /// Runs what was posted, then joins.
   ~Runner();
@@ -54,7 +64,10 @@ class Runner {
   /// lane wait or too many guests are here: then it does nothing and returns false. A task that throws ends
   /// the process, as on the threads of this: the caller's thread may be one that swallows it, and what the
   /// task had taken would never come back.
-  [[nodiscard]] bool run_here(Tasks& one, Lane lane) noexcept;
+  /// On threads that receive packets one guest less has room where the task is not brief, or where others'
+  /// shares have been about within a second: then the last thread queues what comes, by their shares.
+  [[nodiscard]] bool run_here(Tasks& one, Lane lane, Guest guest = Guest::kReaction,
+                              bool brief = true) noexcept;
   /// Whether more short tasks wait than there are threads for them: each has its next one already.
   bool backlog() const { return waiting_short_.load(std::memory_order_relaxed) > lane_threads_; }
   /// Tasks being run now, in either lane or by guests.
@@ -102,13 +115,14 @@ class Runner {
   /// Runs it without the lock, counts its time, and queues it again when it says so. Called and left with the
   /// lock held, by another's hand: the analysis does not follow that.
   void run(Tasks one, UniqueLock& lock) noexcept WARMFRONT_REQUIRES(mutex_) WARMFRONT_UNCHECKED_LOCKING;
+  bool has_room_for(const Share& share, Guest guest, bool brief) noexcept WARMFRONT_REQUIRES(mutex_);
   void count_waiting() WARMFRONT_REQUIRES(mutex_) {
     waiting_short_.store(queue_of(Lane::kShort).tasks, std::memory_order_relaxed);
   }
 
   // Constant after construction.
   const std::size_t lane_threads_;
-  const int most_guests_;
+  const std::array<int, 2> most_guests_;  // by kind
   const std::optional<Overrun> overrun_;
   const Clock clock_;
   const std::chrono::steady_clock::time_point epoch_;
@@ -121,7 +135,9 @@ class Runner {
   double least_had_ms_ WARMFRONT_GUARDED_BY(mutex_) = 0;  // of those that waited, when one was last taken
   std::list<Thread> threads_ WARMFRONT_GUARDED_BY(mutex_);
   bool stopping_ WARMFRONT_GUARDED_BY(mutex_) = false;
-  int guests_ WARMFRONT_GUARDED_BY(mutex_) = 0;
+  std::array<int, 2> guests_ WARMFRONT_GUARDED_BY(mutex_){};         // by kind
+  const Share* last_packet_ WARMFRONT_GUARDED_BY(mutex_) = nullptr;  // whose the last one was
+  double last_other_ms_ WARMFRONT_GUARDED_BY(mutex_) = -1e9;         // when that was another
   double last_short_ms_ WARMFRONT_GUARDED_BY(mutex_) = -1e9;  // when the last one began beside a long one
 
   std::atomic<int> busy_{0};

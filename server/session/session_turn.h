@@ -46,7 +46,7 @@ Outcome<T> Session::guarded(const char* what, Work work) noexcept {
     try {
       if (std::optional<Fault> fault = closed()) return *std::move(fault);
       std::optional<Workers::OneThread> one_thread;
-      if (runner_.takes_one_thread(forecast_.lane())) one_thread.emplace();
+      if (runner_.takes_one_thread(forecast_.lane()) || is_small(forecast_.next_ms())) one_thread.emplace();
       return work();
     } catch (const std::bad_alloc&) {
       return no_memory(what);

@@ -40,7 +40,7 @@ struct Context {
         tenants(default_quota(limits, guard.authenticates()), streams, frames),
         store(limits.max_sessions),
         // Two at least, so that a long step does not hold up the building of a session.
-        runner(std::max(2, workers->threads()), polling_threads() - 1, kOverrun) {}
+        runner(std::max(2, workers->threads()), {polling_threads() - 1, packet_threads()}, kOverrun) {}
 
   /// Three times what a short task takes, on a machine that does other things as well; and a long one's share
   /// of time in which a person waits.
@@ -51,6 +51,9 @@ struct Context {
   static int polling_threads() {
     return std::clamp(static_cast<int>(std::thread::hardware_concurrency() / 2), 2, 16);
   }
+
+  /// As many as compute: each may take the steps of its clients. Two at least (PacketSockets::listen()).
+  int packet_threads() const { return std::max(2, workers->threads()); }
 
   /// The status that ends a call or a frame; counted.
   grpc::Status refuse(const Fault& fault, Tenant* tenant = nullptr) {

@@ -60,7 +60,7 @@ class FuzzedSession {
   // With guests, brief steps are taken by the thread that sends them.
   static server::Runner& runner(bool guests) {
     static server::Runner of_its_own(2);
-    static server::Runner with_guests(2, 1);
+    static server::Runner with_guests(2, {1});
     return guests ? with_guests : of_its_own;
   }
 

@@ -62,12 +62,12 @@ auto result_of(Runner& runner, Lane lane, Task task) {
 }
 
 TEST(GiveWay, ALongTaskAloneKeepsItsCore) {
-  Runner runner(1, 0, kLate);
+  Runner runner(1, {}, kLate);
   EXPECT_EQ(result_of(runner, Lane::kLong, [] { return yields_in_a_while(); }).get(), 0);
 }
 
 TEST(GiveWay, ALongTaskLetsShortOnesThrough) {
-  Runner runner(1, 0, kLate);
+  Runner runner(1, {}, kLate);
   std::promise<void> begun;
   auto given = result_of(runner, Lane::kLong, [&] {
     begun.set_value();
@@ -80,7 +80,7 @@ TEST(GiveWay, ALongTaskLetsShortOnesThrough) {
 }
 
 TEST(GiveWay, ALongTaskKeepsItsCoreWhereShortOnesCameBeforeIt) {
-  Runner runner(1, 0, kLate);
+  Runner runner(1, {}, kLate);
   result_of(runner, Lane::kShort, [] { return 0; }).get();
   EXPECT_EQ(result_of(runner, Lane::kLong, [] { return yields_in_a_while(); }).get(), 0);
 }
@@ -89,7 +89,7 @@ constexpr Runner::Overrun kSoon{{milliseconds(1), milliseconds(1)}};
 
 TEST(GiveWay, EachRelievedTaskYields) {
   for (const Lane lane : {Lane::kShort, Lane::kLong}) {
-    Runner runner(1, 0, kSoon);
+    Runner runner(1, {}, kSoon);
     std::promise<void> other;
     auto given = result_of(runner, lane, [&] {
       other.get_future().wait();  // another thread has its place
@@ -105,7 +105,7 @@ TEST(GiveWay, EachRelievedTaskYields) {
 
 // Whoever runs a piece of a relieved task's loop gives way in it.
 TEST(GiveWay, ThreadsThatHelpALongTaskAlsoYield) {
-  Runner runner(1, 0, kSoon);
+  Runner runner(1, {}, kSoon);
   std::promise<void> other;
   auto missing = result_of(runner, Lane::kLong, [&] {
     other.get_future().wait();

@@ -54,7 +54,7 @@ TEST(MailboxTest, ABriefJobRunsOnTheCallersThreadUnlessOthersAreQueued) {
   const std::thread::id here = std::this_thread::get_id();
   {
     std::latch go(1), done(1);
-    Runner runner(1, 1);
+    Runner runner(1, {1});
     auto mailbox = std::make_shared<Mailbox>(runner, 3);
     mailbox->foresee(Lane::kShort, 1.5);
     mailbox->run_or_post(note);
@@ -163,7 +163,7 @@ TEST(MailboxTest, StepsOfTheSmallestSceneDoNotKeepTheirTurnForLong) {
 }
 
 TEST(MailboxTest, AMailboxMayBeDestroyedByItsLastJob) {
-  Runner runner(1, 1);
+  Runner runner(1, {1});
   auto mailbox = std::make_shared<Mailbox>(runner, 3);
   const std::weak_ptr<Mailbox> weak = mailbox;
   mailbox->foresee(Lane::kShort, 1.5);
@@ -183,7 +183,7 @@ bool run_here(Runner& runner, const std::function<void()>& work, Lane lane) {
 
 TEST(RunnerTest, AGuestNeitherWaitsNorBlocksOthers) {
   std::latch begun(1), go(1), done(2);
-  Runner runner(1, 1);
+  Runner runner(1, {1});
   int ran = 0;
   EXPECT_TRUE(run_here(
       runner,
@@ -259,7 +259,7 @@ TEST(RunnerTest, TheLeastWeightedTimeComesFirst) {
     std::latch go(1), done(13);
     // A clock of its own: each task takes 20 ms of it, however long the machine takes.
     std::atomic<int> now_ms{0};
-    Runner runner(1, 0, std::nullopt, [&now_ms] {
+    Runner runner(1, {}, std::nullopt, [&now_ms] {
       return std::chrono::steady_clock::time_point(std::chrono::milliseconds(now_ms.load()));
     });
     runner.post([&] {
@@ -289,7 +289,7 @@ TEST(RunnerTest, AThreadReplacesOneThatBlocksOthers) {
   for (const Lane lane : {Lane::kShort, Lane::kLong}) {
     std::latch go(1), last(1);
     std::atomic<int> ended{0};
-    Runner runner(1, 0, Runner::Overrun{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
+    Runner runner(1, {}, Runner::Overrun{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
     const auto hog = [&] {
       go.wait();
       ++ended;
@@ -314,7 +314,7 @@ TEST(RunnerTest, AThreadReplacesOneThatBlocksOthers) {
 TEST(RunnerTest, ReplacementThreadsAreBounded) {
   std::latch go(1), begun(3);
   std::atomic<bool> fourth{false};
-  Runner runner(1, 0, Runner::Overrun{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
+  Runner runner(1, {}, Runner::Overrun{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
   for (int i = 0; i < 3; ++i)
     runner.post([&] {
       begun.count_down();

@@ -64,7 +64,10 @@ class WhereAStepRunsTest : public ::testing::Test {
                           server::FrameQuestion{std::move(contents)},
                           {},
                           tell_frame([&](const server::FrameOutcome&) { done.set_value(); },
-                                     [&] { ran = std::this_thread::get_id(); })},
+                                     [&] {
+                                       ran = std::this_thread::get_id();
+                                       threads_ = workers_->threads();
+                                     })},
                          server::Session::Admission::kAlways);
     done.get_future().wait();
     settle();
@@ -88,10 +91,11 @@ class WhereAStepRunsTest : public ::testing::Test {
     }
   }
 
-  const std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(1);
+  const std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(2);
+  int threads_ = 0;  // that the last step might use
   server::Budget budget_{1 << 30};
   server::Limits limits_;
-  server::Runner runner_{1, 1};
+  server::Runner runner_{1, {1}};
 };
 
 TEST_F(WhereAStepRunsTest, OnTheCallersThreadAfterABriefStep) {
@@ -100,6 +104,18 @@ TEST_F(WhereAStepRunsTest, OnTheCallersThreadAfterABriefStep) {
   EXPECT_TRUE(stays(made));
   EXPECT_TRUE(stays(made));
   EXPECT_EQ(made.session->snapshot().steps, 3u);
+}
+
+TEST_F(WhereAStepRunsTest, OnOneThreadIfItIsSmall) {
+  Made small = make(MovingGrids(3));
+  stays(small);
+  EXPECT_EQ(threads_, 2) << "the first step cannot be predicted";
+  EXPECT_TRUE(stays_soon(small));
+  EXPECT_EQ(threads_, 1);
+  Made large = make(MovingGrids(76), true);  // 22,500 triangles
+  stays(large);
+  EXPECT_TRUE(stays_soon(large));
+  EXPECT_EQ(threads_, 2) << "brief, but not small";
 }
 
 TEST_F(WhereAStepRunsTest, OnAWorkerAfterAnyOtherRequest) {
