@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace warmfront::client::load {
 namespace {
@@ -50,6 +51,13 @@ void Histogram::merge(const Histogram& other) {
   max_ms_ = std::max(max_ms_, other.max_ms_);
   sum_ms_ += other.sum_ms_;
   count_ += other.count_;
+}
+
+void Histogram::clear() {
+  std::vector<std::uint64_t> buckets = std::move(buckets_);
+  std::ranges::fill(buckets, 0);
+  *this = {};
+  buckets_ = std::move(buckets);
 }
 
 double Histogram::quantile(double q) const {

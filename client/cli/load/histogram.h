@@ -16,6 +16,8 @@ class Histogram {
   /// Negative durations count as 0; those above a year as a year.
   void record(double ms);
   void merge(const Histogram& other);
+  /// Forgets what was recorded, and keeps the memory: to record the same again takes none.
+  void clear();
 
   std::uint64_t count() const { return count_; }
   double sum_ms() const { return sum_ms_; }

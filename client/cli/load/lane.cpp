@@ -48,7 +48,10 @@ bool Lane::wait_until(double due, const std::atomic<bool>& stop) const {
 
 Interval Lane::take_interval() {
   const std::lock_guard lock(mutex_);
-  return std::exchange(interval_, {});
+  Interval taken = interval_;
+  interval_.latency.clear();
+  interval_.contacts = interval_.errors = 0;
+  return taken;
 }
 
 std::optional<Unserved> Lane::unserved() const {
@@ -209,7 +212,8 @@ void Lane::take(const Answer& answer, const FrameTimes& times, Kind kind, Asked 
   ++tally_.all_frames;
   tally_.all_contacts += contacts;
   if (kind == Kind::kCold) tally_.cold.record(1e3 * (times.answered - times.sent));
-  if (kind == Kind::kMeasured) tally_.measured(times, answer, asked);
+  if (kind == Kind::kMeasured) begin_measuring();
+  if (kind == Kind::kMeasured || !measuring_) tally_.measured(times, answer, asked);
   if (front == FrontState::kRebuilt || (front == FrontState::kBuilt && kind != Kind::kCold))
     ++tally_.rebuilds;
   if (front == FrontState::kCapped) ++tally_.capped;
@@ -221,7 +225,16 @@ void Lane::take(const Answer& answer, const FrameTimes& times, Kind kind, Asked 
   unserved_.reset();
 }
 
+void Lane::begin_measuring() {
+  if (!std::exchange(measuring_, true)) tally_.begin_measuring();
+}
+
 void Lane::run(Clock::time_point start, const std::atomic<bool>& stop) {
+  stream(start, stop);
+  begin_measuring();  // of a run that ended before it was to
+}
+
+void Lane::stream(Clock::time_point start, const std::atomic<bool>& stop) {
   start_ = start;
   const double share = static_cast<double>(index_) / plan_.sessions;
   const bool open_loop = plan_.arrival != Arrival::kClosed;

@@ -70,6 +70,9 @@ class Lane {
   bool step(std::optional<double> due, Kind kind, const std::atomic<bool>& stop);
   Result<Answer> ask(Asked asked);
   void take(const Answer& answer, const FrameTimes& times, Kind kind, Asked asked);
+  void stream(Clock::time_point start, const std::atomic<bool>& stop);
+  /// Once.
+  void begin_measuring();
   /// Compares with what is expected where the session is, at `tick_`.
   void check(const Answer& answer, Asked asked);
 
@@ -93,6 +96,7 @@ class Lane {
   double free_ = 0;          // time since which no frame is unanswered
   std::optional<Error> failure_;
   Tally tally_;
+  bool measuring_ = false;  // of what is measured, tally_ holds no other frames
 
   mutable std::mutex mutex_;
   // Protected by mutex_.

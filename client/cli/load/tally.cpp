@@ -37,6 +37,13 @@ void Tally::measured(const FrameTimes& times, const Answer& answer, Asked asked)
   received_bytes += travel.received_bytes;
 }
 
+void Tally::begin_measuring() {
+  for (Histogram* histogram : {&latency, &round_trip, &own_late}) histogram->clear();
+  for (Histogram& histogram : latency_of) histogram.clear();
+  for (Histogram& histogram : parts) histogram.clear();
+  frames = contacts = sent_bytes = received_bytes = 0;
+}
+
 void Tally::error(const Error& error) {
   ++errors[wire::canonical_name(wire::canonical_code(error.code))];
 }

@@ -161,7 +161,10 @@ TYPED_TEST(FrontOf, UpdateEqualsBuild) {
 TYPED_TEST(FrontOf, SproutOnlyFindsTheSameLeafPairs) {
   Workers workers(1);
   std::mt19937_64 random(5);
-  auto [scene, positions] = testing::random_scene(random);
+  // No structured binding: clang 14 does not let lambdas name one.
+  const auto drawn = testing::random_scene(random);
+  const auto& scene = drawn.scene;
+  auto positions = drawn.positions;
   testing::Hierarchy<TypeParam> hierarchy(scene, positions, 1);
   Front<TypeParam> front;
   testing::CountingSinks sinks;

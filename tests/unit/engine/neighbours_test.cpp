@@ -259,7 +259,7 @@ TEST(Neighbours, AreTestedOnce) {
   test_subtrees = false;
   handed_over(0);
   handed_over(0);
-  EXPECT_EQ(handed_over(30), across + with_refit.neighbour_chunks) << "each once";
+  EXPECT_EQ(handed_over(30), across + with_refit.neighbour_chunks.load()) << "each once";
 }
 
 }  // namespace

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <vector>
 
+#include "client/cli/load/tally.h"
+
 namespace warmfront::client::load {
 namespace {
 
@@ -38,6 +40,41 @@ RC_GTEST_PROP(LoadHistogram, QuantilesAreWithinTheStatedError, ()) {
   }
   RC_ASSERT(whole.quantile(1) == values.back());
   RC_ASSERT(left.max_ms() == values.back());
+}
+
+TEST(LoadHistogram, AClearedOneIsAsNew) {
+  Histogram cleared, fresh;
+  for (const double ms : {0.5, 7.0, 300.0}) cleared.record(ms);
+  cleared.clear();
+  EXPECT_EQ(cleared.count(), 0u);
+  EXPECT_EQ(cleared.quantile(0.5), 0);
+  for (const double ms : {2.0, 3.0, 5.0}) {
+    cleared.record(ms);
+    fresh.record(ms);
+  }
+  for (const double q : {0.0, 0.5, 0.99, 1.0}) EXPECT_EQ(cleared.quantile(q), fresh.quantile(q));
+  EXPECT_EQ(cleared.mean_ms(), fresh.mean_ms());
+  Histogram merged;
+  merged.merge(cleared);
+  EXPECT_EQ(merged.quantile(0.5), fresh.quantile(0.5));
+}
+
+TEST(LoadTally, WhatCameBeforeTheMeasuredPeriodIsForgotten) {
+  Tally tally;
+  Answer answer;
+  answer.travel.sent_bytes = 10;
+  tally.measured({.due = 1, .sent = 2, .answered = 5, .own_late_ms = 3}, answer);
+  tally.begin_measuring();
+  EXPECT_EQ(tally.frames, 0u);
+  EXPECT_EQ(tally.sent_bytes, 0u);
+  tally.measured({.due = 1, .sent = 1.5, .answered = 2, .own_late_ms = 0.5}, answer);
+  EXPECT_EQ(tally.frames, 1u);
+  EXPECT_EQ(tally.sent_bytes, 10u);
+  for (const Histogram* one : {&tally.latency, &tally.latency_of[0], &tally.round_trip, &tally.own_late,
+                               &tally.parts[kLate], &tally.parts[kWire]})
+    EXPECT_EQ(one->count(), 1u);
+  EXPECT_EQ(tally.latency.max_ms(), 1000);
+  EXPECT_EQ(tally.round_trip.max_ms(), 500);
 }
 
 TEST(LoadHistogram, WhatCannotBeIsHeldAtTheEnds) {
