@@ -29,14 +29,22 @@ std::string instruction_sets() {
   return names;
 }
 
-std::string why_instructions_are_slow() {
+bool baseline_is_faster() noexcept {
 #if defined(__x86_64__)
   // The default clone computes with vectors of 32 bytes in registers of 16 (simd/halves.h says what that costs).
-  if (kDispatch.find("\"avx2\"") != std::string_view::npos && !__builtin_cpu_supports("avx2"))
-    return "this machine has no AVX2, and this build's loops for such machines take some ten times as long; a "
-           "build configured with -DWARMFRONT_NO_TARGET_CLONES=ON takes less than twice";
+  return kDispatch.find("\"avx2\"") != std::string_view::npos && !__builtin_cpu_supports("avx2");
+#else
+  return false;
 #endif
-  return {};
+}
+
+std::string why_instructions_are_slow() {
+  if (!baseline_is_faster()) return {};
+  return "this machine has no AVX2, and this program's loops for such machines take some ten times as long; "
+         "one "
+         "configured with -DWARMFRONT_NO_TARGET_CLONES=ON takes less than twice, and warmfrontd and "
+         "warmfront are "
+         "that by themselves where ../libexec/warmfront lies beside the folder that they are in";
 }
 
 }  // namespace warmfront

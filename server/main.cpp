@@ -16,6 +16,7 @@
 #include <thread>
 #include <variant>
 
+#include "proto/command_line/baseline_build.h"
 #include "server/config.h"
 #include "server/daemon.h"
 #include "server/log.h"
@@ -56,6 +57,7 @@ void force_exit_after(const sigset_t& signals, std::chrono::milliseconds timeout
 
 int main(int argc, char** argv) {
   using namespace warmfront::server;
+  warmfront::command_line::become_baseline_build(argv);
   bound_free_memory();
   const auto resolved = resolve_config(argc, argv, warmfront_variables(environ), std::cout, std::cerr);
   if (const int* exit_code = std::get_if<int>(&resolved)) return *exit_code;

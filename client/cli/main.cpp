@@ -26,6 +26,7 @@
 #include "client/cli/solve/solve.h"
 #include "client/cli/states/near.h"
 #include "client/cli/states/tangled.h"
+#include "proto/command_line/baseline_build.h"
 #include "proto/command_line/unknown_option.h"
 
 namespace {
@@ -115,6 +116,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  warmfront::command_line::become_baseline_build(argv);
   // Failures are reported in one line of our own, which includes gRPC's reason.
   setenv("GRPC_VERBOSITY", "NONE", 0);
   // Frames take megabytes. Returning their memory to the system after each, and mapping it again, costs more

@@ -126,7 +126,7 @@ void MeshCandidates::edge_face(const Take& take) {
   const Where where = asked_.end.empty() ? Where::kTrialEnd : Where::kBase;
   for (const Contact& pair : elements_.collider->intersections(where)) tell(edge_of_[pair.a], pair.b);
   std::ranges::sort(found);
-  found.erase(std::ranges::unique(found).begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
   for (const auto& [e, f] : found) take(e, f);
 }
 

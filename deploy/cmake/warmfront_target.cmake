@@ -33,6 +33,21 @@ function(warmfront_target name)
                                          $<$<BOOL:${WARMFRONT_WERROR}>:-Werror>)
 endfunction()
 
+# warmfront_baseline_program(NAME SOURCES...): the program NAME once more, of these sources and what that is linked to, in
+# libexec/warmfront and with the kernels for machines without AVX2.
+function(warmfront_baseline_program name)
+  if(NOT WARMFRONT_BASELINE_PROGRAMS)
+    return()
+  endif()
+  add_executable(${name}_baseline ${ARGN} $<TARGET_OBJECTS:warmfront_kernels_baseline>)
+  warmfront_target(${name}_baseline)
+  set_target_properties(${name}_baseline PROPERTIES OUTPUT_NAME ${name} RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/libexec/warmfront)
+  target_link_libraries(${name}_baseline PRIVATE $<TARGET_PROPERTY:${name},LINK_LIBRARIES>)
+  if(PROJECT_IS_TOP_LEVEL)
+    install(TARGETS ${name}_baseline RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/warmfront COMPONENT service)
+  endif()
+endfunction()
+
 # The compiler parses the headers of a whole room once and not once a file, which takes a third of the time; off, each
 # file is compiled alone, as the fuzz targets are, so that each includes what it uses.
 option(WARMFRONT_UNITY "Compile several source files at a time" ON)

@@ -304,8 +304,11 @@ RC_GTEST_PROP(SceneModel, ContactsAreThoseOfTheAllDeformableModelLessWhatItExclu
       });
       RC_ASSERT(std::ranges::equal(earliest.value().contacts, ties));
       RC_ASSERT(earliest.value().earliest_toi == all.value().earliest_toi);
-      RC_ASSERT(std::ranges::equal(earliest.value().worlds, std::views::keys(world_tois)));
-      RC_ASSERT(std::ranges::equal(earliest.value().world_tois, std::views::values(world_tois)));
+      const StepResult& found = earliest.value();
+      RC_ASSERT(std::ranges::equal(found.worlds, world_tois, {}, {},
+                                   &std::remove_cvref_t<decltype(world_tois)>::value_type::first));
+      RC_ASSERT(std::ranges::equal(found.world_tois, world_tois, {}, {},
+                                   &std::remove_cvref_t<decltype(world_tois)>::value_type::second));
       for (Collider& collider : colliders) {
         const Status sound = collider.self_check();
         if (!sound) RC_FAIL(sound.error().message);

@@ -229,9 +229,9 @@ Verb add_bench(CLI::App& app) {
       "places in the engine's source: in the tasks that are forked there, or after them, on one thread");
   app.footer(
       "Times and counts are those of a warm frame; the first step, which builds hierarchy and front, is "
-      "reported separately\n(an input of one step has only that). To measure the effect of SIMD, compare "
-      "with a build configured with\n-DWARMFRONT_NO_TARGET_CLONES=ON. Exit codes: 0 ok, 1 answers differ, 2 "
-      "failed, 3 usage.");
+      "reported separately\n(an input of one step has only that). To measure the effect of SIMD, set "
+      "WARMFRONT_INSTRUCTIONS=baseline\nin the environment. Exit codes: 0 ok, 1 answers differ, 2 failed, 3 "
+      "usage.");
   return [arguments] { return bench(*arguments); };
 }
 

@@ -159,7 +159,7 @@ class StoreTest : public ::testing::Test {
   std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(1);
   Budget budget_{1 << 30};
   Runner runner_{1};
-  const Limits limits_;
+  const Limits limits_{};
   const SessionId id_ = SessionId::parse(kId).value();
 };
 
