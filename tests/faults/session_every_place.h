@@ -203,9 +203,9 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
   const MovingGrids grids_{4};
   const std::vector<std::uint64_t> hashes_ = local_hashes(grids_, 0, kFrames);
   server::Budget budget_{std::size_t{1} << 40};
-  const server::Limits limits_;
+  const server::Limits limits_{};
   const std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(1);
-  server::Runner runner_{1, GetParam()};
+  server::Runner runner_{1, {GetParam()}};
   std::shared_ptr<server::Session> session_;
   std::uint64_t frame_ = 0;
   std::atomic<bool> lost_{false};
