@@ -41,10 +41,8 @@ bool baseline_is_faster() noexcept {
 std::string why_instructions_are_slow() {
   if (!baseline_is_faster()) return {};
   return "this machine has no AVX2, and this program's loops for such machines take some ten times as long; "
-         "one "
-         "configured with -DWARMFRONT_NO_TARGET_CLONES=ON takes less than twice, and warmfrontd and "
-         "warmfront are "
-         "that by themselves where ../libexec/warmfront lies beside the folder that they are in";
+         "one configured with -DWARMFRONT_NO_TARGET_CLONES=ON takes less than twice, as do warmfrontd and "
+         "warmfront where ../libexec/warmfront is beside their folder";
 }
 
 }  // namespace warmfront
