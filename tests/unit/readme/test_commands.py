@@ -104,6 +104,7 @@ def test_commands(page, sandbox, address, guarded):
             if word == "curl" and not shutil.which("curl"):
                 continue
             command = shorter(line).replace(ADDRESS, address).replace("127.0.0.1:9464", f"127.0.0.1:{metrics}")
+            command = re.sub(r"--server unix:\S+", f"--server {address}", command)
             command = command.replace("HOST:50052", f"127.0.0.1:{port}" if "--tls-ca" in command else address)
             if "client/python/examples/" in word:  # tests/unit/client/python/test_example.py runs them
                 assert (SOURCE / word).exists()
