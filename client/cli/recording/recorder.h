@@ -27,7 +27,7 @@ class Recorder {
 
   ~Recorder();
   Recorder(Recorder&&) noexcept = default;
-  Recorder& operator=(Recorder&&) noexcept = default;
+  Recorder& operator=(Recorder&&) = delete;
 
   /// Call it before the step, so that a frame that crashes the process is recorded. Frames are numbered from
   /// 1.
