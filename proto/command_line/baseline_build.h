@@ -16,9 +16,9 @@
 
 namespace warmfront::command_line {
 
-/// Where this machine has no AVX2, or WARMFRONT_INSTRUCTIONS is "baseline", and the folder ../libexec/warmfront
-/// beside this program's has one of its name, this process becomes that, with the same arguments. Else, and
-/// there, it returns.
+/// Where this machine has no AVX2, or WARMFRONT_INSTRUCTIONS is "baseline", and the folder
+/// ../libexec/warmfront beside this program's has one of its name, this process becomes that, with the same
+/// arguments. Otherwise, and in that program, it returns.
 inline void become_baseline_build(char** arguments) {
   const char* const asked = std::getenv("WARMFRONT_INSTRUCTIONS");
   const bool wanted = asked != nullptr && std::string_view(asked) == "baseline";

@@ -115,6 +115,7 @@ class Runner {
   /// Runs it without the lock, counts its time, and queues it again when it says so. Called and left with the
   /// lock held, by another's hand: the analysis does not follow that.
   void run(Tasks one, UniqueLock& lock) noexcept WARMFRONT_REQUIRES(mutex_) WARMFRONT_UNCHECKED_LOCKING;
+  /// Notes whose the task is, and says whether there is room for one more guest.
   bool has_room_for(const Share& share, Guest guest, bool brief) noexcept WARMFRONT_REQUIRES(mutex_);
   void count_waiting() WARMFRONT_REQUIRES(mutex_) {
     waiting_short_.store(queue_of(Lane::kShort).tasks, std::memory_order_relaxed);

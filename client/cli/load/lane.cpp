@@ -29,6 +29,11 @@ void Interval::merge(const Interval& other) {
   errors += other.errors;
 }
 
+void Interval::clear() {
+  latency.clear();
+  contacts = errors = 0;
+}
+
 Lane::Lane(const Plan& plan, const Playback& playback, const ExpectedAnswers* expected, std::uint32_t index)
     : plan_(plan),
       playback_(playback),
@@ -49,8 +54,7 @@ bool Lane::wait_until(double due, const std::atomic<bool>& stop) const {
 Interval Lane::take_interval() {
   const std::lock_guard lock(mutex_);
   Interval taken = interval_;
-  interval_.latency.clear();
-  interval_.contacts = interval_.errors = 0;
+  interval_.clear();
   return taken;
 }
 

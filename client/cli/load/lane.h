@@ -23,6 +23,8 @@ struct Interval {
   std::uint64_t errors = 0;
 
   void merge(const Interval& other);
+  /// Forgets all, and keeps the memory.
+  void clear();
 };
 
 /// That a session's last call did not succeed.
