@@ -64,6 +64,8 @@ void FaultTable::step_untouched() {
 std::vector<double> FaultTable::time_steps(int count, const std::function<bool()>& enough) {
   std::vector<double> took;
   for (int i = 0; (i < count || !enough()) && !HasFatalFailure(); ++i) {
+    // Of what lasts for seconds, some hundred steps a second tell enough.
+    if (i >= count) std::this_thread::sleep_for(std::chrono::milliseconds(8));
     const auto start = std::chrono::steady_clock::now();
     step_untouched();
     took.push_back(
