@@ -42,7 +42,8 @@ std::string why_instructions_are_slow() {
   if (!baseline_is_faster()) return {};
   return "this machine has no AVX2, and this program's loops for such machines take some ten times as long; "
          "one configured with -DWARMFRONT_NO_TARGET_CLONES=ON takes less than twice, as do warmfrontd and "
-         "warmfront where ../libexec/warmfront is beside their folder";
+         "warmfront where ../libexec/warmfront is beside their folder, and Python's package where it has a "
+         "folder _baseline";
 }
 
 }  // namespace warmfront

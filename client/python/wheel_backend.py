@@ -51,7 +51,7 @@ def _built() -> pathlib.Path:
     build = pathlib.Path(os.environ.get("WARMFRONT_WHEEL_BUILD", ROOT / "build" / "wheel"))
     link = "-Wl,--disable-new-dtags"
     _run("cmake", "-G", "Ninja", "-S", ROOT, "-B", build, "-DCMAKE_BUILD_TYPE=Release", "-DWARMFRONT_TESTS=OFF",
-         "-DCMAKE_INSTALL_RPATH=$ORIGIN/lib:$ORIGIN/../lib", f"-DCMAKE_EXE_LINKER_FLAGS={link}",
+         "-DCMAKE_INSTALL_RPATH=$ORIGIN/lib:$ORIGIN/../lib:$ORIGIN/../../lib", f"-DCMAKE_EXE_LINKER_FLAGS={link}",
          f"-DCMAKE_MODULE_LINKER_FLAGS={link}", f"-DCMAKE_SHARED_LINKER_FLAGS={link}")
     jobs = os.environ.get("WARMFRONT_WHEEL_JOBS", str(os.cpu_count()))
     _run("cmake", "--build", build, "-j", jobs, "-t", "warmfront_python", *PROGRAMS)
@@ -80,15 +80,19 @@ def _stage(folder: pathlib.Path, client_only: bool) -> None:
     package = folder / "warmfront"
     shutil.move(installed / "lib" / "python3" / "dist-packages" / "warmfront", package)
     if client_only:
-        for engine in package.glob("_engine.*.so"):
+        for engine in package.glob("**/_engine.*.so"):
             engine.unlink()
+        shutil.rmtree(package / "_baseline", ignore_errors=True)
     else:
-        engines = list(package.glob("_engine.*.so"))
+        engines = list(package.glob("**/_engine.*.so"))
         if not engines:
             raise RuntimeError("there is no engine in the package; install pybind11-dev")
         (package / "bin").mkdir()
         for program in PROGRAMS:
             shutil.move(installed / "bin" / program, package / "bin" / program)
+        baseline = installed / "libexec"  # for machines without AVX2; both programs look there
+        if baseline.is_dir():
+            shutil.move(baseline, package / "libexec")
         (package / "lib").mkdir()
         for name, path in sorted(_libraries([*engines, *(package / "bin").iterdir()]).items()):
             shutil.copyfile(path, package / "lib" / name)

@@ -43,6 +43,7 @@ function(warmfront_baseline_program name)
   warmfront_target(${name}_baseline)
   set_target_properties(${name}_baseline PROPERTIES OUTPUT_NAME ${name} RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/libexec/warmfront)
   target_link_libraries(${name}_baseline PRIVATE $<TARGET_PROPERTY:${name},LINK_LIBRARIES>)
+  add_dependencies(${name} ${name}_baseline)  # who builds the one alone can install both
   if(PROJECT_IS_TOP_LEVEL)
     install(TARGETS ${name}_baseline RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/warmfront COMPONENT service)
   endif()

@@ -10,6 +10,7 @@
 #include "client/python/native/errors.h"
 #include "client/python/native/reading.h"
 #include "client/python/native/session.h"
+#include "engine/instructions.h"
 
 namespace py = pybind11;
 using warmfront::python::Session;
@@ -18,6 +19,7 @@ PYBIND11_MODULE(_engine, module) {
   module.doc() = "The engine in this process. Internal: use warmfront.Collider.";
   warmfront::python::translate_errors();
   warmfront::python::declare_answer(module);
+  module.def("instruction_sets", &warmfront::instruction_sets);
   module.def("hash_after", &warmfront::python::hash_after, py::arg("before"), py::arg("kind"),
              py::arg("status"), py::arg("v"), py::arg("toi"), py::arg("multiplicity"), py::arg("stencil"));
 

@@ -15,6 +15,10 @@ with sessions, `open()` either. A session survives a daemon that dies: it is cre
 exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class a
 canonical code (`NotFoundError`, ...; the names without "Error" are the same). Clients and sessions may be used by any thread.
 """
+from . import _instructions
+
+__path__ = _instructions.folders(list(__path__))  # before the engine is imported
+
 from ._contact_hash import contacts_hash
 from ._continuity import Continuity, continuity
 from ._statistics import AllDeformable, StageTimes, Statistics, StepCounts

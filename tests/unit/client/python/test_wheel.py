@@ -46,9 +46,9 @@ def unpacked(folder, monkeypatch, settings):
     return name, site, names
 
 
-def run(site, server):
+def run(site, server, **more):
     environment = {name: value for name, value in os.environ.items() if name not in ("WARMFRONTD", "PYTHONPATH")}
-    environment.update(PYTHONPATH=str(site), LD_LIBRARY_PATH=str(site / "warmfront" / "lib"), PATH="/usr/bin:/bin")
+    environment.update(PYTHONPATH=str(site), LD_LIBRARY_PATH=str(site / "warmfront" / "lib"), PATH="/usr/bin:/bin", **more)
     return subprocess.run([sys.executable, "-c", PROGRAM.replace("SERVER", repr(server))], env=environment, capture_output=True,
                           text=True, timeout=120)
 
@@ -61,9 +61,12 @@ def test_the_whole(tmp_path, monkeypatch):
     libraries = {pathlib.Path(each).name for each in names if each.startswith("warmfront/lib/")}
     assert {"libtbb.so.12", "libgmp.so.10"} <= libraries
     assert not any(each.startswith(("libc.", "libm.", "libstdc++.", "libgcc_s.", "ld-linux")) for each in libraries)
+    has_baseline = "warmfront/libexec/warmfront/warmfrontd" in names
+    assert any(each.startswith("warmfront/_baseline/_engine.") for each in names) == has_baseline
     for server in (None, "local"):  # of which the program is the wheel's own: there is no other
-        done = run(site, server)
-        assert (done.returncode, done.stdout) == (0, "True 3\n"), done.stderr
+        for more in ({}, {"WARMFRONT_INSTRUCTIONS": "baseline"}):
+            done = run(site, server, **more)
+            assert (done.returncode, done.stdout) == (0, "True 3\n"), done.stderr
     assert "warmfront = warmfront._programs:warmfront" in next(site.glob("*.dist-info/entry_points.txt")).read_text()
     shown = subprocess.run([sys.executable, "-c", "import sys; sys.argv[1:] = ['--help']; from warmfront._programs import warmfront; warmfront()"],
                            env={"PYTHONPATH": str(site), "LD_LIBRARY_PATH": str(site / "warmfront" / "lib")}, capture_output=True, text=True)
