@@ -28,11 +28,12 @@ ColliderOptions merged(ColliderOptions options, const Question& question) {
     options.pair_test =
         question.kind == QuestionKind::kProximity ? PairTest::kProximity : PairTest::kIntersection;
     options.instant = question.where == Where::kTrialEnd ? Instant::kEnd : Instant::kStart;
-    if (options.tier == Tier::kFast) options.tier = Tier::kCertified;
     // The session's report may be one of motions.
     if (options.report != Report::kCount) options.report = Report::kAll;
   }
   options = merged(options, question.options);
+  // Which decides touching alone.
+  if (question.of_state() && options.tier == Tier::kFast) options.tier = Tier::kCertified;
   if (question.kind == QuestionKind::kIntersections) {
     options.tier = Tier::kExact;
     options.min_separation = 0;

@@ -25,4 +25,10 @@ void add(StepCounts& sum, const StepCounts& more) {
 #undef WARMFRONT_ADD
 }
 
+double step_cost_ms(std::uint64_t elements, const StepCounts& like) {
+  return 1e-6 * (50'000.0 + 60.0 * static_cast<double>(elements) + 20.0 * static_cast<double>(like.bv_tests) +
+                 3.0 * static_cast<double>(like.primitive_tests) +
+                 200.0 * static_cast<double>(like.elementary_tests));
+}
+
 }  // namespace warmfront

@@ -100,6 +100,13 @@ static_assert(sizeof(StepCounts) == sizeof(std::uint64_t) * (0 WARMFRONT_STEP_CO
 /// Adds every count of `more` to `sum`.
 void add(StepCounts& sum, const StepCounts& more);
 
+/// Milliseconds of one thread that a step takes which does what another one did, if the whole scene of so
+/// many triangles and lone edges moves. By counts, which are the same however busy the machine is: a measured
+/// time would call a small step long that had to wait for others. The weights are fitted to the sequences of
+/// tests/README.md, whose steps they meet within a third; what the smallest step takes is mostly its answer's
+/// way out.
+double step_cost_ms(std::uint64_t elements, const StepCounts& like);
+
 struct StepStatistics {
   StageTimes ms;
   StepCounts counts;

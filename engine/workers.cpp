@@ -57,7 +57,8 @@ int thread_count(int asked) {
 }  // namespace
 
 struct Workers::Impl {
-  Impl(int the_threads, Bounds bounds) : in_all(allow(the_threads, bounds)), threads(the_threads) {}
+  Impl(int the_threads, bool may_adapt, Bounds bounds)
+      : in_all(allow(the_threads, bounds)), threads(the_threads), adapts(may_adapt) {}
 
   // By default oneTBB starts at most one thread per core; a higher limit must be set before the arena starts.
   // The least of all limits applies.
@@ -70,9 +71,12 @@ struct Workers::Impl {
 
   const std::optional<tbb::global_control> in_all;
   const int threads;
+  const bool adapts;
 };
 
-Workers::Workers(int threads, Bounds bounds) : impl_(std::make_unique<Impl>(thread_count(threads), bounds)) {}
+Workers::Workers(int threads, Bounds bounds)
+    : impl_(std::make_unique<Impl>(thread_count(threads), threads <= 0 || bounds == Bounds::kProcess,
+                                   bounds)) {}
 Workers::~Workers() = default;
 
 namespace {
@@ -125,6 +129,10 @@ Workers::OneThread::~OneThread() {
 
 int Workers::threads() const {
   return alone > 0 ? 1 : impl_->threads;
+}
+
+bool Workers::adapts_to_steps() const {
+  return impl_->adapts;
 }
 
 void Workers::rouse() noexcept try {

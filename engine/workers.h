@@ -16,9 +16,11 @@ class Workers {
  public:
   enum class Bounds {
     kOneCall,  ///< at most this many threads per call
-    kProcess,  ///< at most this many oneTBB threads in the process, the caller included, while this lives
+    /// At most this many oneTBB threads in the process, the caller included, while this lives: for services.
+    /// Small steps, which several threads take as long for as one, take one, and leave the others the cores.
+    kProcess,
   };
-  /// `threads` >= 1, or 0 for one per core.
+  /// `threads` >= 1, or 0 for one per core, but for small steps (some 0.5 ms), which take one thread.
   explicit Workers(int threads = 0, Bounds bounds = Bounds::kOneCall);
   ~Workers();
   Workers(const Workers&) = delete;
@@ -26,6 +28,9 @@ class Workers {
 
   /// Number of threads that run() would use on the calling thread.
   int threads() const;
+
+  /// Whether small steps take one thread: those of a process, or of which no number was asked for.
+  bool adapts_to_steps() const;
 
   /// Runs `work` inside the calling thread's arena and returns when it is done; exceptions pass through.
   void run(const std::function<void()>& work);

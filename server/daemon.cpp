@@ -309,7 +309,8 @@ bool Daemon::drain() {
   }
   context.lifecycle.end_streams();
   // Steps that still run are given up, undone: their clients go on elsewhere, from the frame before.
-  if (context.lifecycle.wait_until_idle(start + impl_->drain_timeout / 4 * 3) > 0) {
+  const std::size_t given_up = context.lifecycle.wait_until_idle(start + impl_->drain_timeout / 4 * 3);
+  if (given_up > 0) {
     for (const std::shared_ptr<Session>& session : context.store.list())
       session->close(Lifecycle::draining_fault());
     context.lifecycle.give_up_streams();
@@ -324,6 +325,7 @@ bool Daemon::drain() {
         std::max(start + impl_->drain_timeout, std::chrono::steady_clock::now() + kAtLeast));
   context.log.write(left == 0 ? LogLevel::kInfo : LogLevel::kError, "drained",
                     {{"calls_cut_off", std::uint64_t{left}},
+                     {"calls_given_up", std::uint64_t{given_up}},
                      {"took_ms", std::int64_t{std::chrono::duration_cast<milliseconds>(took).count()}}});
   return left == 0;
 }

@@ -93,7 +93,8 @@ int main(int argc, char** argv) {
   // Never deleted: threads of gRPC may write to it until the process is gone.
   Log& log = *new Log(config.log_level, config.log_format);
   log_what_grpc_says(log);
-  log.write(LogLevel::kInfo, "starting", {{"version", kVersion}});
+  log.write(LogLevel::kInfo, "starting",
+            {{"version", kVersion}, {"instructions", warmfront::instruction_sets()}});
   for (const std::string& remark : remarks)
     log.write(LogLevel::kWarning, "configuration", {{"reason", remark}});
   // Later than the daemon itself ends calls that it has begun: it tells the client.

@@ -121,6 +121,10 @@ std::uint64_t Session::resumes() const {
   return impl_->resumes();
 }
 
+bool Session::shares_memory() const {
+  return impl_->shares_memory();
+}
+
 std::shared_ptr<PendingAnswer> Session::ask(const Frame& frame, const Question& question,
                                             const WaitOptions& wait, bool handed_out) {
   return impl_->ask(frame, question, wait, handed_out);

@@ -90,6 +90,9 @@ class Session final : public Questions {
   std::uint32_t window() const;
   /// How often the session was resumed after it lost its daemon; questions that were given up do not count.
   std::uint64_t resumes() const;
+  /// Whether whole frames and answers go through memory that the daemon shares, and not through its socket:
+  /// false between two connections.
+  bool shares_memory() const;
 
   /// Sends the next frame, all of it or only what moved, and returns its number. Positions are of the kind
   /// (float or double) that the session was created with, poses travel as that kind; kInvalidArgument where

@@ -55,6 +55,11 @@ void Session::Impl::take(v1::StreamStepsResponse& response) {
       RemoteError error = remote_error_from(response.error().status());
       // Losing the session also ends the stream: read it to its end, then resume.
       if (error.lost_session()) return;
+      // The daemon stops before it has computed the frame, and another one does.
+      if (error.reason == v1::ERROR_REASON_DRAINING) {
+        lost_ = std::move(error);
+        return;
+      }
       // This session's next frame: a copy that answered it differently, or expects another, is not this
       // session.
       const bool due = response.error().frame() == header_.first_frame() + 1;

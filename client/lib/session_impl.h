@@ -53,6 +53,7 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   const std::string& id() const { return header_.session_id(); }
   std::uint32_t window() const { return window_; }
   std::uint64_t resumes() const { return resumes_; }
+  bool shares_memory() const { return stream_ && stream_->region() != nullptr; }
 
  private:
   static constexpr std::size_t kLeastRoom = std::size_t{1} << 16;

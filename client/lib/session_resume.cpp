@@ -90,8 +90,9 @@ Status Session::Impl::establish(Full full) {
         std::max(backoff, error->retry_after.value_or(std::chrono::milliseconds(0)));
     if (WallClock::now() + wait >= deadline)
       return fail({ErrorCode::kUnavailable,
-                   "session " + id() + " could not be resumed within the resume timeout of " +
-                       in_words(connection_->options().resume_timeout) + ": " + error->error.message});
+                   "session " + id() + " could not be " + (full == Full::kFails ? "made" : "resumed") +
+                       " within the resume timeout of " + in_words(connection_->options().resume_timeout) +
+                       ": " + error->error.message});
     sleep(wait);
   }
 }

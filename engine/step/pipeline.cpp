@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -64,6 +65,9 @@ Result<StepResult> PipelineWith<Bounds>::step(Core& core, const Frame& frame, Ki
                                               const AcceptStep& accept) {
   StepResult result;
   kind_ = kind;
+  std::optional<Workers::OneThread> one_thread;
+  if (core.workers->adapts_to_steps() && load_.is_small(core.options, core.topology->scene.element_count()))
+    one_thread.emplace();
   Attempt attempt(*this, core);
   NarrowPhaseOutput output;
   try {
@@ -97,6 +101,7 @@ Result<StepResult> PipelineWith<Bounds>::step(Core& core, const Frame& frame, Ki
   attempt.done(kind);
   if (kind == Kind::kStep) widths_.step_taken();
   if (!result.statistics.part_of_trial) {
+    load_.took(core.options, result.statistics.counts);
     front_.done();
     longest_.looked_until(core.options.report == Report::kEarliest ? result.earliest_toi.value_or(1) : 1);
   }
@@ -148,6 +153,7 @@ Status PipelineWith<Bounds>::place(Core& core, const Frame& frame, StopSignal st
   if (accept)
     if (Status accepted = accept(result); !accepted) return accepted;
   motion.commit();
+  load_.forget();
   // Where bounds are of no motion that began here, nothing can be told of any part.
   forgetting.done = !longest_.shortened();
   if (forgetting.done) forget_placed(core);
@@ -156,6 +162,7 @@ Status PipelineWith<Bounds>::place(Core& core, const Frame& frame, StopSignal st
 
 template <class Bounds>
 void PipelineWith<Bounds>::options_changed(Core& core) {
+  load_.forget();
   front_.forget_answers();
   near_.forget();
   core.rigid_parts.undo();
@@ -194,6 +201,7 @@ void PipelineWith<Bounds>::parts_replaced(Core& core, std::span<PartChange> chan
 
 template <class Bounds>
 void PipelineWith<Bounds>::parts_changed() {
+  load_.forget();
   orphans_.forget_edge_faces();
   longest_.forget();
   near_.forget();
@@ -231,6 +239,7 @@ std::size_t PipelineWith<Bounds>::memory_bytes() const {
 
 template <class Bounds>
 void PipelineWith<Bounds>::forget_steps(Core& core, Rebuild why) noexcept {
+  load_.forget();
   longest_.forget();
   front_.lose(why);
   near_.forget();

@@ -21,6 +21,7 @@
 #include "engine/step/pipeline.h"
 #include "engine/step/reduced_rows.h"
 #include "engine/step/refit_stage.h"
+#include "engine/step/step_load.h"
 #include "engine/step/step_timer.h"
 #include "engine/step/turning_stage.h"
 
@@ -124,6 +125,7 @@ class PipelineWith final : public Pipeline {
   LongestTrial longest_;
   AskedWidths widths_;
   GrantedBudgets budgets_;
+  StepLoad load_;
   std::uint64_t self_checks_ = 0;
 };
 

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <string_view>
@@ -18,10 +19,17 @@ namespace warmfront::command_line {
 
 /// Where this machine has no AVX2, or WARMFRONT_INSTRUCTIONS is "baseline", and the folder
 /// ../libexec/warmfront beside this program's has one of its name, this process becomes that, with the same
-/// arguments. Otherwise, and in that program, it returns.
+/// arguments. Otherwise, and in that program, it returns. Other values of the variable end it with exit
+/// code 3.
 inline void become_baseline_build(char** arguments) {
   const char* const asked = std::getenv("WARMFRONT_INSTRUCTIONS");
-  const bool wanted = asked != nullptr && std::string_view(asked) == "baseline";
+  const bool given = asked != nullptr && *asked != '\0';
+  const bool wanted = given && std::string_view(asked) == "baseline";
+  if (given && !wanted) {
+    constexpr int kUsage = 3;
+    std::fprintf(stderr, "WARMFRONT_INSTRUCTIONS: \"%s\": give \"baseline\", or leave it out\n", asked);
+    std::exit(kUsage);
+  }
   if (!baseline_is_faster() && !(wanted && instruction_sets() != "baseline")) return;
   std::array<char, PATH_MAX> self{};
   const ssize_t length = ::readlink("/proc/self/exe", self.data(), self.size());

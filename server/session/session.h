@@ -203,9 +203,9 @@ class Session : public std::enable_shared_from_this<Session> {
 
   // Around both (session_turn.h, session_turn.cpp).
   /// Runs work on the collider, which without memory leaves everything as it was; what it throws becomes a
-  /// fault, and but for std::bad_alloc the session is lost then. `foreseen`: it takes as long as a step.
+  /// fault, and but for std::bad_alloc the session is lost then.
   template <class T, class Work>
-  Outcome<T> guarded(const char* what, Work work, bool foreseen = false) noexcept;
+  Outcome<T> guarded(const char* what, Work work) noexcept;
   /// A request that close() can stop, for as long as it lives.
   class Running;
   /// The turn took so long: what the session holds now, and how long the next turn will take.

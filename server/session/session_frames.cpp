@@ -37,13 +37,10 @@ void Session::carry_out(AdmittedFrame& frame) noexcept {
   std::array<char, 32> name{};  // where no memory is needed
   static_cast<void>(
       std::snprintf(name.data(), name.size(), "frame %llu", static_cast<unsigned long long>(frame.number)));
-  const auto outcome = guarded<std::shared_ptr<const Answer>>(
-      name.data(),
-      [&] {
-        frame.observer->begins();
-        return compute(frame);
-      },
-      frame.moves());
+  const auto outcome = guarded<std::shared_ptr<const Answer>>(name.data(), [&] {
+    frame.observer->begins();
+    return compute(frame);
+  });
   // A motion that failed is followed by no commit of the one before it; a question about a state leaves that
   // as it is, as Collider does.
   if (!outcome && frame.moves()) history_.forget_trial();

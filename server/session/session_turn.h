@@ -39,15 +39,14 @@ class Session::Running {
 };
 
 template <class T, class Work>
-Outcome<T> Session::guarded(const char* what, Work work, bool foreseen) noexcept {
+Outcome<T> Session::guarded(const char* what, Work work) noexcept {
   forecast_.begins();
   const auto began = std::chrono::steady_clock::now();
   Outcome<T> outcome = [&]() -> Outcome<T> {
     try {
       if (std::optional<Fault> fault = closed()) return *std::move(fault);
       std::optional<Workers::OneThread> one_thread;
-      if (runner_.takes_one_thread(forecast_.lane()) || (foreseen && is_small(forecast_.next_ms())))
-        one_thread.emplace();
+      if (runner_.takes_one_thread(forecast_.lane())) one_thread.emplace();
       return work();
     } catch (const std::bad_alloc&) {
       return no_memory(what);

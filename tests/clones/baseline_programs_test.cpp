@@ -53,6 +53,14 @@ TEST(BaselinePrograms, PassExitCodesAndMessages) {
   EXPECT_EQ(baseline.out, own.out);
 }
 
+TEST(BaselinePrograms, WhatIsNoSetOfInstructionsIsRefused) {
+  const CommandOutcome outcome =
+      run_command(std::string("WARMFRONT_INSTRUCTIONS=sse9 ") + WARMFRONT_BINARY + " --version 2>&1");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_NE(outcome.out.find("WARMFRONT_INSTRUCTIONS: \"sse9\""), std::string::npos) << outcome.out;
+  EXPECT_EQ(run_command(std::string("WARMFRONT_INSTRUCTIONS= ") + WARMFRONT_BINARY + " --version").code, 0);
+}
+
 TEST(BaselinePrograms, AProgramThatIsAloneRunsItself) {
   const client::TemporaryFolder folder;
   const std::filesystem::path alone = std::filesystem::path(folder.path()) / "bin" / "warmfront";

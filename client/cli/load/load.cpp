@@ -151,12 +151,14 @@ Result<Series> read(LoadArguments& a) {
 
 std::atomic<bool> interrupted{false};
 
-/// The first interrupt ends the load with a partial report, the second ends the process.
+/// The first interrupt, or SIGTERM, ends the load with a partial report and closes its sessions, the second
+/// ends the process.
 void heed_interrupts() {
   struct sigaction action {};
   action.sa_handler = [](int) { interrupted = true; };
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
 }
 
 Status describe_server(const Plan& plan, Report& report) {

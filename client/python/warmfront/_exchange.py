@@ -130,6 +130,9 @@ class Exchange:
         # Dropped sessions end the stream too: it is read to its end, and resumed.
         if lost_session(error):
             return None
+        if error.reason == "DRAINING":  # the daemon stops before it has computed the frame, and another one does
+            link.resume(error)
+            return None
         # This session's next frame: a copy that answered it differently, or expects another, is not this session.
         out_of_order = error.reason == "FRAME_OUT_OF_ORDER" and response.error.frame == link.header.first_frame + 1
         # So is one that does not know the trial that this is about.

@@ -24,6 +24,9 @@ def folders(package: list[str]) -> list[str]:
     """Where the package's modules are looked for: first in _baseline, which has an engine for x86-64 machines without AVX2, on such
     a machine, and with WARMFRONT_INSTRUCTIONS=baseline in the environment on any, to compare. Its answers are the same bits."""
     baseline = [str(folder) for folder in (pathlib.Path(path) / "_baseline" for path in package) if folder.is_dir()]
-    if not baseline or (os.environ.get("WARMFRONT_INSTRUCTIONS") != "baseline" and _has_avx2()):
+    asked = os.environ.get("WARMFRONT_INSTRUCTIONS", "")
+    if asked not in ("", "baseline"):
+        raise ImportError(f"WARMFRONT_INSTRUCTIONS: {asked!r}: give 'baseline', or leave it out")
+    if not baseline or (not asked and _has_avx2()):
         return package
     return baseline + package

@@ -16,7 +16,7 @@ from ._question import Question
 from ._resume import Link, TimeUp
 from ._scene_changes import SceneChange
 from ._state import SceneState
-from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, UnimplementedError, WarmfrontError,
+from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, UnavailableError, UnimplementedError, WarmfrontError,
                      may_resume)
 from .info import SessionInfo
 from .options import Options, check_options
@@ -78,6 +78,9 @@ class Remote:
         self.link.cancel_stream()
         try:
             self.link.remove()
+        except UnavailableError as error:
+            raise UnavailableError(f"session {self.link.session_id} could not be deleted in its daemon, which ends it when it has "
+                                   f"been idle: {error.message}") from None
         finally:
             self.release()
 

@@ -176,7 +176,8 @@ class Link:
                 wait = max(backoff, error.retry_after or 0)
                 self.time_left(wait)
                 if time.monotonic() + wait >= deadline:
-                    self.fail(UnavailableError(f"session {self.session_id} could not be resumed within the resume timeout of "
+                    done = "resumed" if waits else "made"
+                    self.fail(UnavailableError(f"session {self.session_id} could not be {done} within the resume timeout of "
                                                f"{self.connection.timeouts.resume:g} s: {error.message}"))
             time.sleep(self.time_left(wait))
             backoff = min(2 * backoff, _LONGEST_BACKOFF)

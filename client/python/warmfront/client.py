@@ -11,7 +11,8 @@ from ._private_daemon import PrivateDaemon
 from ._state import SceneState
 from ._trace import traceparent_of
 from ._uncopied import Uncopied
-from .batch import Batch, Copies
+from ._copies import Copies
+from .batch import Batch
 from .errors import InvalidArgumentError
 from .info import ServerInfo, SessionInfo
 from ._question import frame_number_of
@@ -137,6 +138,8 @@ class Client(Uncopied):
         bodies: Sequence[Body] = (),
         excluded_pairs: Sequence[tuple[int, int]] = (),
         shared: Sequence[tuple[Body, Any, Any]] = (),
+        filters: Union[PairFilters, Mapping[str, Any], None] = None,
+        thickness: Any = None,
         options: Options = Options(),
         id: str = "",
     ) -> Batch:
@@ -146,12 +149,15 @@ class Client(Uncopied):
         positions (n, 3), of every copy alike, or (count, n, 3); faces, edges, bodies and excluded_pairs as in `session()`, of
         one copy; without bodies each copy is one, deformable. shared: bodies that are there for all copies, a ground say:
         (`Body`, faces, positions) each, numbered from 0, None and None of a half-space; they come first among the session's bodies and vertices.
+        filters and thickness as in `session()`, of one copy: of the shared vertices' none are told, but that a number for
+        thickness is theirs too.
 
         Errors as of `session()`; UnimplementedError where the daemon is older than worlds.
         """
         copies = Copies(count, positions, faces, edges, bodies, shared)
         return Batch(self.session(copies.positions(), copies.faces(), edges=copies.edges(), bodies=copies.all_bodies(),
-                                  excluded_pairs=copies.excluded(excluded_pairs), options=options, id=id), copies)
+                                  excluded_pairs=copies.excluded(excluded_pairs), filters=copies.filters(filters),
+                                  thickness=copies.thickness(thickness), options=options, id=id), copies)
 
     def server_info(self) -> ServerInfo:
         """Information about one daemon: behind a proxy, the one that answers."""

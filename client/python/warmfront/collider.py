@@ -8,7 +8,8 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from ._state import SceneState
-from .batch import Batch, Copies
+from ._copies import Copies
+from .batch import Batch
 from .client import connect
 from .errors import InvalidArgumentError, UnimplementedError
 from .options import Options, Security, Timeouts
@@ -149,6 +150,8 @@ def open_batch(
     bodies: Sequence[Body] = (),
     excluded_pairs: Sequence[tuple[int, int]] = (),
     shared: Sequence[tuple[Body, Any, Any]] = (),
+    filters: Union[PairFilters, Mapping[str, Any], None] = None,
+    thickness: Any = None,
     options: Options = Options(),
     id: str = "",
     threads: Optional[int] = None,
@@ -158,7 +161,8 @@ def open_batch(
     """`count` copies of one scene that know nothing of each other, as `Client.batch()` says, wherever `open()` has them."""
     copies = Copies(count, positions, faces, edges, bodies, shared)
     return Batch(open(copies.positions(), copies.faces(), server=server, edges=copies.edges(), bodies=copies.all_bodies(),
-                      excluded_pairs=copies.excluded(excluded_pairs), options=options, id=id, threads=threads, security=security,
+                      excluded_pairs=copies.excluded(excluded_pairs), filters=copies.filters(filters),
+                      thickness=copies.thickness(thickness), options=options, id=id, threads=threads, security=security,
                       timeouts=timeouts), copies)
 
 

@@ -154,6 +154,12 @@ class Session(AnySession):
         """How often the session was resumed."""
         return self._link.resumes
 
+    @property
+    def shares_memory(self) -> bool:
+        """Whether whole frames and answers go through memory that the daemon shares, and not through its socket: False between
+        two connections."""
+        return self._link.region is not None
+
     def __del__(self) -> None:
         """Reports that the session was not closed, as a ResourceWarning, which Python hides by default, and in the log
         "warmfront", which it shows. Makes no request, since the daemon's answer may take long."""

@@ -22,6 +22,8 @@
 #include <vector>
 
 #include "client/lib/client.h"
+#include "engine/collider.h"
+#include "tests/support/hostile_scenes.h"
 #include "tests/unit/server/local_daemon.h"
 #include "tests/unit/server/moving_grids.h"
 #include "tests/unit/server/test_certificates.h"
@@ -254,6 +256,34 @@ TEST_F(EndToEndTest, TheClientSurvivesDrainsAndKillsWithOneAnswerAFrame) {
   EXPECT_TRUE(client_.server_info().ok());
   const Status closed = session.close();
   EXPECT_TRUE(closed.ok()) << closed.error().message;
+}
+
+// The daemon gives up what it computes for longer than it has, and the client sends it to the next one.
+TEST_F(EndToEndTest, TheClientSurvivesADrainThatIsShorterThanItsStep) {
+  const TemporaryFolder folder;
+  Process daemon(folder.path(), {"--drain-timeout", "400ms"});
+  Client client = Client::connect(daemon.address(), {.call_timeout = 20s}).value();
+  const testing::HostileScene scene = testing::coincident_triangles(500, BodyKind::kDeformable);
+  std::vector<double> apart = scene.positions;
+  for (std::size_t i = 0; i < apart.size(); ++i) apart[i] += 3.0 * static_cast<double>(i / 9);
+  const ColliderOptions options{.report = Report::kCount};
+  Session session = client.create_session(scene.description, Doubles(apart), options).value();
+  EXPECT_TRUE(session.shares_memory());
+  ASSERT_TRUE(session.submit(Doubles(scene.positions)).ok());
+  std::thread operating([&] {
+    std::this_thread::sleep_for(100ms);  // it computes by then, as a rule
+    daemon.terminate();
+    EXPECT_EQ(daemon.wait(), 0);
+    daemon.start();
+  });
+  const Result<Answer> answer = session.next_answer();
+  operating.join();
+  ASSERT_TRUE(answer.ok()) << answer.error().message;
+  Collider here = Collider::create(std::make_shared<const Scene>(Scene::create(scene.description).value()),
+                                   Doubles(apart), options, std::make_shared<Workers>(2))
+                      .value();
+  EXPECT_EQ(answer.value().vf, here.step(Doubles(scene.positions)).value().vf);
+  EXPECT_THAT(daemon.log(), HasSubstr("\"calls_given_up\":"));
 }
 
 TEST_F(EndToEndTest, ClosingSurvivesARestartOfTheDaemon) {

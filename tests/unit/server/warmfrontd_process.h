@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -42,9 +43,11 @@ class Process {
   void start() {
     const std::string listen = address();
     const std::string log = folder_ / "log";
-    std::vector<const char*> arguments{WARMFRONTD,  "--listen", listen.c_str(),    "--log-format", "json",
-                                       "--threads", "2",        "--drain-timeout", "20s"};
+    std::vector<const char*> arguments{WARMFRONTD,  "--listen", listen.c_str(), "--log-format", "json",
+                                       "--threads", "2"};
     for (const std::string& argument : more_) arguments.push_back(argument.c_str());
+    if (std::ranges::find(more_, "--drain-timeout") == more_.end())
+      arguments.insert(arguments.end(), {"--drain-timeout", "20s"});
     arguments.push_back(nullptr);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);

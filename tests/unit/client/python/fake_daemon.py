@@ -124,7 +124,8 @@ class Copy:
 class FakeDaemon:
     """received: what came, such as "trial 1" or "commit 1 0.5". disturb: called with these words of each request, it may
     return "cut" (it is not carried out), "lose" (it is carried out, its answer is lost), both of which end the stream,
-    "forget" (as "cut", and the session is gone) or "hang". ignores_questions: as a daemon that is older than they are;
+    "forget" (as "cut", and the session is gone), "drain" (the request is refused, as by a daemon that stops before it has
+    computed it, and the session is gone) or "hang". ignores_questions: as a daemon that is older than they are;
     keeps_distances: as one that knows keep_distance. Each resume begins with "attach" in `received`, and "create" where the
     session is made."""
 
@@ -205,6 +206,13 @@ class FakeDaemon:
                 what = self.disturb(words)
                 if what == "forget":
                     self.copies.clear()
+                if what == "drain":
+                    self.copies.clear()
+                    drained = Refused(14, "the daemon is draining", errors_pb2.ERROR_REASON_DRAINING)
+                    response.error.status.CopyFrom(drained.status)
+                    response.error.frame = (request.commit if request.HasField("commit") else request.step).frame
+                    yield response.SerializeToString()
+                    continue
                 if what in ("cut", "forget"):
                     context.abort(grpc.StatusCode.UNAVAILABLE, "cut")
                 if what != "hang":

@@ -48,6 +48,30 @@ def test_the_earliest_of_each_world_is_told(anywhere):
         assert len(session.step(AFTER, report="earliest").worlds) == 0 and len(session.max_step(BEFORE).worlds) == 0
 
 
+@pytest.mark.parametrize("shared", [(), (GROUND,)])
+def test_each_copy_has_the_filters_and_the_thickness_of_one(anywhere, shared):
+    near = BEFORE + 0.5 * (AFTER - BEFORE) * 0.9
+    ways = [dict(thickness=[0, 0, 0, 0.2, 0, 0.1]), dict(thickness=0.05), dict(filters=dict(excluded_vertex_pairs=[[0, 3], [1, 4]])),
+            dict(filters=warmfront.PairFilters(patches=[1, 1, 1, 1, 1, 1])), dict(filters=dict(near_at_rest=0.3)),
+            dict(filters=dict(near_at_rest=0.3, rest_positions=AFTER), thickness=[0.01] * 6)]
+    listed = []
+    for way in ways:
+        with anywhere.session(BEFORE, FACES, bodies=PAIR, **way) as alone:
+            expected = [alone.trial(end) for end in (near, AFTER)]
+            with anywhere.batch(3, BEFORE, FACES, bodies=PAIR, shared=shared, **way) as batch:
+                for end, one in zip((near, AFTER), expected):
+                    told = batch.trial(np.stack([end] * 3))
+                    for world in range(3):
+                        rows = told.rows(world)
+                        assert told.v[rows].tolist() == one.v.tolist() and told.contacts.toi[rows].tolist() == one.toi.tolist()
+                    listed.append(len(one))
+    assert 0 in listed and max(listed) > 0
+    with pytest.raises(InvalidArgumentError, match=r"thickness: shape \(5,\); give \(6,\)"):
+        anywhere.batch(3, BEFORE, FACES, thickness=[0] * 5)
+    with pytest.raises(InvalidArgumentError, match="filters.patches"):
+        anywhere.batch(3, BEFORE, FACES, filters=dict(patches=[1]))
+
+
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("shared", [(), (GROUND,)])
 def test_a_batch_answers_as_each_copy_alone(anywhere, shared, dtype):

@@ -51,3 +51,10 @@ def test_the_machine_decides(tmp_path, monkeypatch, flags, baseline):
     assert _instructions.folders([str(package)]) == expected
     monkeypatch.setattr(_instructions, "PROCESSORS", tmp_path / "none")
     assert _instructions.folders([str(package)]) == [str(package)]
+
+
+def test_what_is_no_set_of_instructions_is_refused():
+    program = [sys.executable, "-c", "import warmfront"]
+    done = subprocess.run(program, env={**os.environ, "WARMFRONT_INSTRUCTIONS": "sse9"}, capture_output=True, text=True)
+    assert done.returncode != 0 and "WARMFRONT_INSTRUCTIONS: 'sse9'" in done.stderr
+    assert subprocess.run(program, env={**os.environ, "WARMFRONT_INSTRUCTIONS": ""}).returncode == 0

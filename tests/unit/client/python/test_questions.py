@@ -228,6 +228,16 @@ def test_a_trial_that_is_given_up_in_time(client):
         assert not session.step(start + [0, 0, 1]) and session.last_frame == 1
 
 
+def test_a_state_is_no_faster_in_tier_fast(anywhere):
+    """Which decides touching alone: distances are told as in tier certified, whoever says "fast"."""
+    for options in (Options(), Options(tier="fast")):
+        with anywhere.session(BEFORE, FACES, options=options) as session:
+            certified = bits(session.proximity(1.5, tier="certified"))
+            assert bits(session.proximity(1.5, tier="fast")) == certified and len(certified) > 0
+            assert session.vertex_distances(1.5, tier="fast").distances.tolist() == \
+                session.vertex_distances(1.5, tier="certified").distances.tolist()
+
+
 def test_its_own_daemon_answers_the_same(anywhere, cloth, monkeypatch):
     monkeypatch.setenv("WARMFRONTD", str(BIN / "warmfrontd"))
     with anywhere.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session, warmfront.connect() as own, \

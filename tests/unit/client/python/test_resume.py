@@ -57,6 +57,24 @@ def test_a_daemon_that_drains_and_comes_back(daemon, client, cloth, undisturbed)
     assert resumes >= 1
 
 
+def test_a_drain_that_is_shorter_than_a_step(start_daemon):
+    """The daemon gives up what it computes for longer than it has, and the client sends it to the next one."""
+    draw = np.random.default_rng(3)
+    triangles = 1200
+    after = draw.uniform(0, 1, (3 * triangles, 3))
+    before = after + np.repeat(np.arange(triangles), 3)[:, None] * 3.0
+    daemon = start_daemon("--drain-timeout", "400ms")
+    with warmfront.connect(daemon.address) as client, \
+            client.session(before, np.arange(3 * triangles).reshape(-1, 3), options=Options(report="count")) as session:
+        session.submit(after)
+        time.sleep(0.1)  # it computes by then, as a rule
+        daemon.send(signal.SIGTERM)
+        assert daemon.process.wait(30) == 0
+        daemon.start()
+        assert session.next_answer().vf > 1000
+        assert session.resumes >= 1 and session.last_frame == 1
+
+
 def test_a_session_that_someone_deletes(client, cloth, undisturbed):
     answers, resumes = run(client, cloth, lambda k, session: client.delete_session(session.id) if k == 20 else None)
     assert answers == undisturbed

@@ -31,7 +31,7 @@ REQUESTS = ["trial 1", "commit 1 0.3", "max_step 2", "commit 2 1", "step 3", "tr
             "commit 6 0.25"]
 
 
-@pytest.mark.parametrize("words, what", itertools.product(REQUESTS, ["cut", "lose", "forget"]))
+@pytest.mark.parametrize("words, what", itertools.product(REQUESTS, ["cut", "lose", "forget", "drain"]))
 def test_a_history_that_is_disturbed_is_answered_as_one_that_is_not(fake, session, client, words, what):
     with client.session(session.positions, FACES) as calm:
         expected = history(calm)
