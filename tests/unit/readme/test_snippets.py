@@ -11,10 +11,7 @@ from pages import ADDRESS, BIN, BLOCKS, PAGES, SOURCE
 
 # What a reader has at hand: two triangles, of which the second falls through the first in the first of two frames.
 PRELUDE = """
-#include <cstdio>
-int used = 0;
-template <class... Values> void use(const Values&...) { ++used; }
-int main() {
+int run(bool of_no_vertices) {
   VertexMatrix<double> V0(6, 3), V1;
   V0 << 0, 0, 0, 1, 0, 0, 0, 1, 0, .25, .25, 1, 1.25, .25, 1, .25, 1.25, 1;
   V1 = V0;
@@ -22,6 +19,12 @@ int main() {
   FaceMatrix F(2, 3);
   F << 0, 1, 2, 3, 4, 5;
   const std::vector<VertexMatrix<double>> frames{V1, V1};
+  if (of_no_vertices) F.array() += 9;
+"""
+USE = """
+#include <cstdio>
+int used = 0;
+template <class... Values> void use(const Values&...) { ++used; }
 """
 
 CMAKE = """
@@ -61,11 +64,26 @@ def use(*columns):
 """
 
 
-def program(snippet, after=""):
-    """A whole program of a snippet: its includes and using directives stay above main()."""
-    above = [line for line in snippet.splitlines() if line.startswith(("#include", "using "))]
-    inside = [line for line in snippet.splitlines() if line not in above]
-    return "\n".join([*above, PRELUDE, *inside, after, '  std::printf("used %d\\n", used);', "}\n"])
+def above(snippet):
+    """Its includes and using directives, which stay above what is made of it."""
+    return [line for line in snippet.splitlines() if line.startswith(("#include", "using "))]
+
+
+def function(name, snippet, after=""):
+    inside = [line for line in snippet.splitlines() if line not in above(snippet)]
+    return "\n".join([f"namespace {name} {{", PRELUDE, *inside, after, '  std::printf("used %d\\n", used);', "  return 0;", "}", "}\n"])
+
+
+def sources(snippets):
+    """[(names, text)]: whole programs. Those that include the same are one, as to read a header takes far longer than to compile
+    a snippet: it runs the one that its first argument names."""
+    groups = {}
+    for name, (snippet, after) in snippets.items():
+        groups.setdefault("\n".join(above(snippet)), {})[name] = function(name, snippet, after)
+    for lines, functions in groups.items():
+        calls = "".join(f'  if (!std::strcmp(argv[1], "{name}")) return {name}::run(argc > 2);\n' for name in functions)
+        yield list(functions), "".join([lines, USE, *functions.values(), "#include <cstring>\nint main(int argc, char** argv) {\n", calls,
+                                        "  return 1;\n}\n"])
 
 
 def whole_programs():
@@ -89,7 +107,7 @@ def front_door():
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory, address):
-    """A project of a reader's own, of the snippets and nothing else, built with what `cmake --install` installs."""
+    """{name: command}: a project of a reader's own, of the snippets and nothing else, built with what `cmake --install` installs."""
     folder = tmp_path_factory.mktemp("reader")
     subprocess.run(["cmake", "--install", os.environ["WARMFRONT_BUILD"], "--prefix", folder / "installed", "--component",
                     "development"], check=True, stdout=subprocess.DEVNULL)
@@ -99,11 +117,12 @@ def built(tmp_path_factory, address):
     # With a session, which this scene's bodies do not let run: it compiles.
     further = "".join(f"  auto further{k} = [&](auto& session) {{\n{text}  }};\n  (void)further{k};\n"
                       f"  if (frames.empty()) further{k}(session.value());\n" for k, text in enumerate(more))
-    programs = {"in_process": program(in_process), "remote": program(remote, further),
-                "unchecked": program(in_process.replace("describe(V0, F)", "describe(V0, FaceMatrix(F.array() + 9))"))}
-    programs.update((name, program(text)) for name, text in whole_programs().items())
+    snippets = {"in_process": (in_process, ""), "remote": (remote, further), **{name: (text, "") for name, text in whole_programs().items()}}
     lists = CMAKE
-    for name, text in programs.items():
+    commands = {}
+    for names, text in sources(snippets):
+        name = names[0]
+        commands.update((each, [folder / "build" / name, each]) for each in names)
         library = "client" if "client/lib/" in text else "engine"
         (folder / f"{name}.cpp").write_text(text.replace(ADDRESS, address))
         lists += f"add_executable({name} {name}.cpp)\ntarget_link_libraries({name} warmfront::{library})\n"
@@ -114,7 +133,7 @@ def built(tmp_path_factory, address):
                     ["cmake", "--build", folder / "build"]):
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         assert done.returncode == 0, done.stdout
-    return folder / "build"
+    return commands
 
 
 def run(command, **options):
@@ -122,25 +141,25 @@ def run(command, **options):
 
 
 def test_the_engine_in_process(built):
-    done = run([built / "in_process"])
+    done = run(built["in_process"])
     # Three contacts in the first frame; in the second nothing moves, and the triangles no longer touch.
     assert (done.returncode, done.stdout) == (0, "used 3\n"), done.stderr
 
 
 def test_the_client(built):
-    done = run([built / "remote"])
+    done = run(built["remote"])
     assert (done.returncode, done.stdout) == (0, "used 2\n"), done.stderr
 
 
 def test_a_value_that_is_none_ends_with_the_error(built):
-    done = run([built / "unchecked"])
+    done = run([*built["in_process"], "of no vertices"])
     assert done.returncode != 0
     assert "BadResultAccess" in done.stderr and "faces[0][0]: vertex index 9 is not in [0, 6)" in done.stderr
 
 
 @pytest.mark.parametrize("name", whole_programs())
 def test_whole_programs(built, name):
-    done = run([built / name])
+    done = run(built[name])
     told = re.fullmatch(r"(.+\n)?used (\d+)\n", done.stdout)
     assert done.returncode == 0 and told, done.stdout + done.stderr
     said, used = told.groups()
