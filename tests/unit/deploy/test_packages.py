@@ -21,37 +21,49 @@ NAMES = {"Eigen3": ("eigen", "eigen3"), "TBB": ("onetbb", "tbb"), "GMP": ("gmp",
 pytestmark = pytest.mark.skipif(not (BUILD / "engine" / "libwarmfront_engine.a").exists(), reason="the engine is not built")
 
 
-def test_what_cmake_installs_without_the_service(tmp_path):
-    packages.configure(SOURCE, tmp_path / "build", "-DWARMFRONT_SERVICE=OFF", "-DWARMFRONT_TESTS=OFF")
-    packages.install(tmp_path / "build", tmp_path / "installed")
-    packages.consume(tmp_path / "installed", tmp_path / "consumer")
-    assert packages.found(tmp_path / "installed", tmp_path, "engine") == "found\n"
-    assert "component client: this build of warmfront has no service" in packages.found(tmp_path / "installed", tmp_path, "client")
-    assert "there is no component motor: there are engine and client" in packages.found(tmp_path / "installed", tmp_path, "motor")
+@pytest.fixture(scope="module")
+def engine_alone(tmp_path_factory):
+    """What is installed of a build without the service."""
+    folder = tmp_path_factory.mktemp("engine-alone")
+    packages.configure(SOURCE, folder / "build", "-DWARMFRONT_SERVICE=OFF", "-DWARMFRONT_TESTS=OFF")
+    packages.install(folder / "build", folder / "installed")
+    return folder / "installed"
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory):
+    """What the build at hand installs, with the service."""
+    folder = tmp_path_factory.mktemp("everything")
+    packages.install(BUILD, folder)
+    return folder
+
+
+def test_what_cmake_installs_without_the_service(engine_alone, tmp_path):
+    packages.consume(engine_alone, tmp_path / "consumer")
+    assert packages.found(engine_alone, tmp_path, "engine") == "found\n"
+    assert "component client: this build of warmfront has no service" in packages.found(engine_alone, tmp_path, "client")
+    assert "there is no component motor: there are engine and client" in packages.found(engine_alone, tmp_path, "motor")
 
 
 @pytest.mark.skipif(not (BUILD / "bin" / "warmfrontd").exists(), reason="the service is not built")
-def test_who_wants_the_engine_alone_needs_no_grpc(tmp_path):
-    packages.install(BUILD, tmp_path / "installed")
+def test_who_wants_the_engine_alone_needs_no_grpc(everything, tmp_path):
     without = ("-DCMAKE_DISABLE_FIND_PACKAGE_gRPC=ON", "-DCMAKE_DISABLE_FIND_PACKAGE_Protobuf=ON")
-    assert packages.found(tmp_path / "installed", tmp_path, "engine", *without) == "found\n"
-    assert "dependency Protobuf could not be found" in packages.found(tmp_path / "installed", tmp_path, "client", *without)
-    assert packages.found(tmp_path / "installed", tmp_path, "client") == "found\n"
+    assert packages.found(everything, tmp_path, "engine", *without) == "found\n"
+    assert "dependency Protobuf could not be found" in packages.found(everything, tmp_path, "client", *without)
+    assert packages.found(everything, tmp_path, "client") == "found\n"
 
 
 @pytest.mark.skipif(not (BUILD / "bin" / "warmfrontd").exists(), reason="the service is not built")
-def test_a_client_that_was_not_asked_for_is_not_there_and_said_not_to_be(tmp_path):
-    packages.install(BUILD, tmp_path / "installed")
-
+def test_a_client_that_was_not_asked_for_is_not_there_and_said_not_to_be(everything, tmp_path):
     def links_client(components):
-        return packages.linked(tmp_path / "installed", tmp_path, components, "warmfront::client")
+        return packages.linked(everything, tmp_path, components, "warmfront::client")
     told = links_client("engine")
     assert "The component client was not asked for, so there is no warmfront::client" in told
     assert "but the target was not found" in told and "gRPC" not in told and "warmfrontTargets" not in told, told
     for components in ("engine client", "client"):
         told = links_client(components)
         assert "Generating done" in told and "not asked for" not in told, told
-    assert "Generating done" in packages.linked(tmp_path / "installed", tmp_path, "engine", "warmfront::engine")
+    assert "Generating done" in packages.linked(everything, tmp_path, "engine", "warmfront::engine")
 
 
 # --- Conan ---
@@ -152,7 +164,7 @@ def test_conan_recipe_builds_of_what_it_exports(recipe, tmp_path):
     assert (tmp_path / "installed" / "licenses" / "LICENSE").read_bytes() == (SOURCE / "LICENSE").read_bytes()
 
 
-def test_conan_recipe_says_what_there_is(recipe, tmp_path):
+def test_conan_recipe_says_what_there_is(recipe, engine_alone):
     recipe.set_version()
     assert (recipe.name, recipe.version) == ("warmfront", packages.version())
     recipe.requirements()
@@ -161,12 +173,10 @@ def test_conan_recipe_says_what_there_is(recipe, tmp_path):
     engine = recipe.cpp_info.components["engine"]
     assert engine.properties["cmake_target_name"] == "warmfront::engine"
     assert {name.split("::")[0] for name in engine.requires} == set(recipe.required)
-    packages.configure(SOURCE, tmp_path / "build", "-DWARMFRONT_SERVICE=OFF", "-DWARMFRONT_TESTS=OFF")
-    packages.install(tmp_path / "build", tmp_path / "installed")
     for name in engine.libs:
-        assert (tmp_path / "installed" / "lib" / f"lib{name}.a").exists()
+        assert (engine_alone / "lib" / f"lib{name}.a").exists()
     for folder in engine.includedirs:
-        assert (tmp_path / "installed" / folder / "engine" / "collider.h").exists()
+        assert (engine_alone / folder / "engine" / "collider.h").exists()
 
 
 def test_conan_recipe_refuses_what_is_not_tested(recipe):
