@@ -137,7 +137,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"recording", "RECORDING --min-separation 0.02", ".csv", {0, 4, 9, 12}},
         Case{"poses", "FOLDER --send poses --min-separation 0.05", ".csv", {0, 5, 6, 12}},
         Case{"screws",
-             "'builtin:turning?triangles=1000&frames=8' --substeps 2 --min-separation 0.2",
+             "'builtin:turning?triangles=1000&frames=8' --substeps 2 --min-separation 0.05",
              ".jsonl",
              {0, 3, 7}},
         Case{"half_spaces",
