@@ -80,6 +80,19 @@ Status AnySession::change_excluded_pairs(std::vector<std::array<std::uint32_t, 2
   return local.collider().change_excluded_pairs(std::move(pairs));
 }
 
+Status AnySession::change(std::vector<SceneChange> changes, const std::optional<ColliderOptions>& options) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->change(std::move(changes), options);
+  LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
+  if (Status idle = local.check_idle(); !idle) return idle;
+  if (changes.empty() && !options) return {};
+  const std::size_t count = changes.size();
+  std::size_t failed = 0;
+  const Status changed = local.collider().change(std::move(changes), nullptr, &failed, options);
+  if (changed) return changed;
+  const std::string where = failed < count ? "changes[" + std::to_string(failed) + "]: " : "options.";
+  return Error{changed.error().code, where + changed.error().message};
+}
+
 Status AnySession::change_options(const ColliderOptions& options) {
   if (auto* remote = std::get_if<Session>(&held_)) return remote->change_options(options);
   LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);

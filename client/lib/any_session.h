@@ -41,6 +41,8 @@ class AnySession final : public Questions {
   Status change_filters(PairFilters filters);
   Status change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs);
   Status change_options(const ColliderOptions& options);
+  Status change(std::vector<SceneChange> changes,
+                const std::optional<ColliderOptions>& options = std::nullopt);
 
  private:
   explicit AnySession(std::shared_ptr<LocalSession> local);

@@ -163,6 +163,9 @@ Status Session::change_filters(PairFilters filters) {
 Status Session::change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs) {
   return impl_->change(ChangeExcludedPairs{std::move(pairs)});
 }
+Status Session::change(std::vector<SceneChange> changes, const std::optional<ColliderOptions>& options) {
+  return impl_->change(std::move(changes), options);
+}
 Status Session::change_options(const ColliderOptions& options) {
   return impl_->change_options(options);
 }

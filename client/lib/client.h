@@ -131,6 +131,11 @@ class Session final : public Questions {
   /// Other options from the next question on, see Collider::change_options(); otherwise as
   /// change_excluded_pairs().
   Status change_options(const ColliderOptions& options);
+  /// Carries out changes as the functions above do, one after the other, all of them or none, and with them
+  /// other options: see Collider::change(). Exactly once, like add_body(). Errors name the change,
+  /// "changes[i]: ". kInvalidArgument for positions that a session of float32 does not hold exactly.
+  Status change(std::vector<SceneChange> changes,
+                const std::optional<ColliderOptions>& options = std::nullopt);
 
   /// Waits for the answer to the oldest unanswered frame, trials and commits among them. An error in the
   /// frame itself (kInvalidArgument, kResourceExhausted) does not count as a step: frames sent after it fail

@@ -28,6 +28,9 @@ class SceneState {
   /// the rest shape where the filters need one and have none.
   SceneState(SceneDescription scene, const Positions& positions);
   SceneState(SceneState&&) = default;  // not copyable: two would write to one string of positions
+  SceneState& operator=(SceneState&&) = default;
+  /// A copy for changes that may not come to be, with positions of its own.
+  SceneState draft() const { return {*this, std::string(positions())}; }
 
   const SceneDescription& scene() const { return scene_; }
   bool float32() const { return float32_; }
@@ -54,6 +57,9 @@ class SceneState {
   void take(SceneEdit edit);
 
  private:
+  SceneState(const SceneState& of, std::string own)
+      : scene_(of.scene_), float32_(of.float32_), own_(std::move(own)), poses_(of.poses_) {}
+
   std::size_t number_size() const { return float32_ ? sizeof(float) : sizeof(double); }
   Status check_kind(const Positions& positions, std::size_t vertices, const std::string& where) const;
   /// Moves vertices from where they are, in the body's pose, to the rows in `bytes`, up to `fraction` of the

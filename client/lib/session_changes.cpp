@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Changes of the scene and of the session's options, between frames. Thread safety as stated in
 // session_impl.h.
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "client/lib/changes_in_one.h"
 #include "client/lib/session_impl.h"
 #include "client/lib/uuid.h"
 
@@ -19,6 +22,36 @@ Status Session::Impl::change(SceneEdit edit) {
   *request.add_changes() = std::move(encoded).value();
   Status changed = carry_out(request);
   if (changed) state_.take(std::move(edit));
+  return changed;
+}
+
+Status Session::Impl::change(std::vector<SceneChange> changes,
+                             const std::optional<ColliderOptions>& options) {
+  if (changes.empty()) return options ? change_options(*options) : Status{};
+  may_commit_ = false;
+  Result<ChangesInOne> in_one = ChangesInOne::create(std::move(changes), state_.float32());
+  if (!in_one) return in_one.error();
+  v1::ChangeSceneRequest request;
+  SceneState draft = state_.draft();
+  for (std::size_t i = 0; i < in_one.value().size(); ++i) {
+    SceneEdit edit = in_one.value().take(i);
+    Result<v1::SceneChange> encoded = draft.encode(edit);
+    if (!encoded)
+      return Error{encoded.error().code, "changes[" + std::to_string(i) + "]: " + encoded.error().message};
+    for (const v1::Feature feature : features_of(edit)) {
+      if (Status known = need(feature); !known) return known;
+    }
+    *request.add_changes() = std::move(encoded).value();
+    draft.take(std::move(edit));
+  }
+  if (options) {
+    if (Status known = need(v1::FEATURE_OPTION_CHANGES); !known) return known;
+    *request.mutable_options() = to_proto(*options);
+  }
+  Status changed = carry_out(request);
+  if (!changed) return changed;
+  state_ = std::move(draft);
+  if (options) *header_.mutable_options() = request.options();
   return changed;
 }
 

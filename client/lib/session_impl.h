@@ -45,6 +45,7 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   void wait(PendingAnswer& asked, PendingAnswer::Time until);
   /// Has the daemon carry out the change, exactly once, and keeps what it makes of the scene.
   Status change(SceneEdit edit);
+  Status change(std::vector<SceneChange> changes, const std::optional<ColliderOptions>& options);
   Status change_options(const ColliderOptions& options);
   Result<Answer> next_answer();
   Status close();

@@ -36,7 +36,7 @@ PYBIND11_MODULE(_engine, module) {
       .def("submit", &Session::submit, py::arg("question"), py::arg("positions"), py::arg("parts"))
       .def("submit_commit", &Session::submit_commit, py::arg("fraction"))
       .def("take", &Session::take, py::arg("submitted"))
-      .def("change", &Session::change, py::arg("change"))
+      .def("change", &Session::change, py::arg("changes"), py::arg("options"))
       .def("change_options", &Session::change_options, py::arg("options"))
       .def("stop", &Session::stop)
       .def_property_readonly("frame", &Session::frame)

@@ -172,19 +172,37 @@ std::shared_ptr<Answer> Session::take(Submitted& submitted) {
   return made(value_of(*std::move(answer), kMaxContacts), submitted.question, submitted.frame_bytes);
 }
 
-void Session::change(const py::handle& change) {
+namespace {
+
+ColliderOptions read_options(const py::handle& options) {
+  ColliderOptions read = options_of(options);
+  if (Status valid = validate(read); !valid)
+    throw raised({valid.error().code, "options: " + valid.error().message});
+  return read;
+}
+
+}  // namespace
+
+void Session::change(const py::iterable& given, const py::handle& options) {
   std::vector<SceneChange> changes;
-  changes.push_back(change_of(change, float32_));
+  for (const py::handle& change : given) changes.push_back(change_of(change, float32_));
+  std::optional<ColliderOptions> read;
+  if (!options.is_none()) read = read_options(options);
+  const std::size_t count = changes.size();
+  std::size_t failed = 0;
   Status status;
-  run([&](const std::atomic<bool>& stop) { status = local_->collider().change(std::move(changes), &stop); },
+  run(
+      [&](const std::atomic<bool>& stop) {
+        status = local_->collider().change(std::move(changes), &stop, &failed, read);
+      },
       Clock::time_point::max(), &stopped_);
-  if (!status) throw raised({status.error().code, "changes[0]: " + status.error().message}, kAdjacentFaces);
+  if (status) return;
+  const std::string where = failed < count ? "changes[" + std::to_string(failed) + "]: " : "options.";
+  throw raised({status.error().code, where + status.error().message}, kAdjacentFaces);
 }
 
 void Session::change_options(const py::handle& options) {
-  const ColliderOptions read = options_of(options);
-  if (Status valid = validate(read); !valid)
-    throw raised({valid.error().code, "options: " + valid.error().message});
+  const ColliderOptions read = read_options(options);
   Status status;
   // As a list of no changes, which is refused as a daemon refuses it.
   run([&](const std::atomic<bool>& stop) { status = local_->collider().change({}, &stop, nullptr, read); },

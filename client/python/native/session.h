@@ -51,8 +51,8 @@ class Session {
   std::shared_ptr<Submitted> submit_commit(double fraction);
   std::shared_ptr<Answer> take(Submitted& submitted);
 
-  /// change: a v1.SceneChange.
-  void change(const pybind11::handle& change);
+  /// changes: v1.SceneChanges, all of which are carried out or none, and with them options, or None.
+  void change(const pybind11::iterable& changes, const pybind11::handle& options);
   /// options: a v1.ColliderOptions.
   void change_options(const pybind11::handle& options);
   /// Any thread: what is computed ends, and nothing is from then on.

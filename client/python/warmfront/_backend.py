@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ._frame import Part
 from ._question import Question
-from ._scene_changes import SceneChange
+from ._scene_changes import ChangesInOne, SceneChange
 from ._state import SceneState
 from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
 from .errors import InvalidArgumentError, WarmfrontError
@@ -80,6 +80,9 @@ class Backend(Protocol):
 
     def change(self, make: Callable[[SceneState], SceneChange]) -> None:
         """Carries a change of the scene out."""
+
+    def change_all(self, changes: ChangesInOne) -> None:
+        """Carries all of them out, or none."""
 
     def change_options(self, options: Options) -> None: ...
 

@@ -2,18 +2,36 @@
 """How a session's scene and options are changed between two frames. Thread-safe, as `Session` says."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import abc
+import contextlib
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Optional, Union
 
 from ._asking import Asking
-from ._scene_changes import ChangeBody, ChangeExcludedPairs, ChangeFilters, PutBody, ReplaceElements, SceneChange
+from ._scene_changes import (ChangeBody, ChangeExcludedPairs, ChangeFilters, ChangesInOne, PutBody, ReplaceElements,
+                             SceneChange)
 from ._state import SceneState
-from .options import Options
+from .errors import FailedPreconditionError
+from .options import Options, check_options
 from .scene import Body, PairFilters, filters_of
 
 
-class Changes(Asking):
-    """`add_body()`, `change_options()` and their like."""
+class _Changing(abc.ABC):
+    """What can be changed, one at a time or together with others."""
+
+    _turn: threading.RLock
+
+    @abc.abstractmethod
+    def _scene(self) -> SceneState:
+        """That the next change is of."""
+
+    @abc.abstractmethod
+    def _change(self, make: Callable[[SceneState], SceneChange]) -> None:
+        """Has the change carried out, or done so later."""
+
+    @abc.abstractmethod
+    def change_options(self, options: Options) -> None: ...
 
     def add_body(self, body: Body, faces: Any, positions: Any, edges: Any = None) -> int:
         """Adds a stationary body and returns its index, the previous number of bodies; its vertices, faces and
@@ -24,7 +42,7 @@ class Changes(Asking):
         FailedPreconditionError while frames are unanswered, or in a session that declared no bodies.
         """
         with self._turn:
-            index = len(self._alive().state.bodies)
+            index = len(self._scene().bodies)
             self._change(lambda state: PutBody.added(state, body, faces, positions, edges))
             return index
 
@@ -82,6 +100,63 @@ class Changes(Asking):
         with self._turn:
             self._change(lambda state: ChangeExcludedPairs(list(pairs)))
 
+
+class ChangeList(_Changing):
+    """Changes that are carried out together when its block ends: see `Changes.changes()`."""
+
+    def __init__(self, turn: threading.RLock, state: SceneState) -> None:
+        """Internal: use `Session.changes()`."""
+        self._turn = turn
+        self._in_one = ChangesInOne(state)
+
+    def change_options(self, options: Options) -> None:
+        """Other options, as of `Session.change_options()`; of several the last."""
+        check_options(options)
+        self._in_one.options = options
+
+    def _scene(self) -> SceneState:
+        return self._in_one.state
+
+    def _change(self, make: Callable[[SceneState], SceneChange]) -> None:
+        self._in_one.add(make(self._in_one.state))
+
+
+class Changes(Asking, _Changing):
+    """`add_body()`, `change_options()` and their like."""
+
+    _changed = 0  # times that a change was asked for
+
+    @contextlib.contextmanager
+    def changes(self) -> Iterator[ChangeList]:
+        """Changes that are carried out together, all or none, when the block ends, and as one, so that what costs O(scene) is paid
+        once; not at all if it raises. Each is of the scene that those before it make:
+
+            with session.changes() as change:
+                change.change_filters(None)
+                change.replace_elements(0, F0)
+                number = change.add_body(Body(3), [[0, 1, 2]], X)
+
+        Raises what the changes raise, with the number of the change; FailedPreconditionError where the session went on to
+        another frame, or was changed, within the block.
+        """
+        with self._turn:
+            backend = self._alive()
+            if backend.unanswered:
+                raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
+            listed = ChangeList(self._turn, backend.state)
+            begun = (backend.last_frame, self._changed)
+        yield listed
+        with self._turn:
+            backend = self._alive()
+            if (backend.last_frame, self._changed) != begun:
+                raise FailedPreconditionError("the session has gone on since changes() began; list the changes between two frames")
+            self._changed += 1
+            in_one = listed._in_one
+            if in_one.messages:
+                backend.change_all(in_one)
+            elif in_one.options is not None:
+                backend.change_options(in_one.options)
+
     @property
     def options(self) -> Options:
         """As given when the session was created or its options were changed; None where the daemon's default is taken.
@@ -98,8 +173,12 @@ class Changes(Asking):
         UnimplementedError where the daemon is older than this.
         """
         with self._turn:
+            self._changed += 1
             self._alive().change_options(options)
 
+    def _scene(self) -> SceneState:
+        return self._alive().state
+
     def _change(self, make: Callable[[SceneState], SceneChange]) -> None:
-        """Has the change carried out."""
+        self._changed += 1
         self._alive().change(make)

@@ -17,7 +17,7 @@ from . import _engine, _frame
 from ._backend import Answer, Motion, only_with_trial, too_late
 from ._contacts import intersections_of, max_step_of
 from ._question import Question, frame_number_of
-from ._scene_changes import SceneChange
+from ._scene_changes import ChangesInOne, SceneChange
 from ._state import SceneState
 from ._statistics import statistics_of
 from .answer import Committed, Contacts, VertexDistances
@@ -305,11 +305,24 @@ class Local:
         change = make(self.state)
         message = change.encode(self.state)
         try:
-            engine.change(message)
+            engine.change([message], None)
         except WarmfrontError as error:
             raise self._told(error, 0, None) from None
         change.take(self.state)
         self.state.forget_rows()
+
+    def change_all(self, changes: ChangesInOne) -> None:
+        engine = self._changing()
+        header = session_pb2.SessionHeader()
+        if changes.options is not None:
+            changes.options.put_into(header.options)
+        try:
+            engine.change(changes.messages, None if changes.options is None else header.options)
+        except WarmfrontError as error:
+            raise self._told(error, 0, None) from None
+        self.state.become(changes.state)
+        self.state.forget_rows()
+        self.options = changes.options or self.options
 
     def change_options(self, options: Options) -> None:
         check_options(options)

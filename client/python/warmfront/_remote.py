@@ -14,7 +14,7 @@ from ._exchange import Exchange
 from ._frame import Request, SentCommit, SentFrame
 from ._question import Question
 from ._resume import Link, TimeUp
-from ._scene_changes import SceneChange
+from ._scene_changes import ChangesInOne, SceneChange
 from ._state import SceneState
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, UnavailableError, UnimplementedError, WarmfrontError,
                      may_resume)
@@ -149,16 +149,32 @@ class Remote:
         self._carry_out(request)
         change.take(state)
 
+    def change_all(self, changes: ChangesInOne) -> None:
+        request = self._request()
+        request.changes.extend(changes.messages)
+        features = changes.features
+        if changes.options is not None:
+            request.options.SetInParent()
+            changes.options.put_into(request.options)
+            features = [*features, session_pb2.FEATURE_OPTION_CHANGES]
+        self._need(features)
+        self._carry_out(request)
+        self.link.state.become(changes.state)
+        if changes.options is not None:
+            self._keep_options(changes.options, request)
+
     def change_options(self, options: Options) -> None:
         check_options(options)
-        link = self.link
         request = self._request()
         request.options.SetInParent()
         options.put_into(request.options)
         self._need([session_pb2.FEATURE_OPTION_CHANGES])
         self._carry_out(request)
-        link.options = options
-        link.header.options.CopyFrom(request.options)
+        self._keep_options(options, request)
+
+    def _keep_options(self, options: Options, request: session_pb2.ChangeSceneRequest) -> None:
+        self.link.options = options
+        self.link.header.options.CopyFrom(request.options)
 
     def _request(self) -> session_pb2.ChangeSceneRequest:
         """A request for changes. From here on there is no trial to commit, whether or not they are carried out."""

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ._state import SceneState, set_pairs
 from .errors import FailedPreconditionError
+from .options import Options
 from .scene import Body, PairFilters, edges_of, faces_of, half_space_of, placed, positions_of, thickness_of
 from .v1 import session_pb2
 
@@ -230,6 +231,21 @@ class ChangeExcludedPairs:
 
     def take(self, state: SceneState) -> None:
         state.excluded_pairs = list(self.pairs)
+
+
+class ChangesInOne:
+    """Changes that are carried out together, each of the scene that those before it make."""
+
+    def __init__(self, state: SceneState) -> None:
+        self.state = state.draft()
+        self.messages: list[session_pb2.SceneChange] = []
+        self.features: list[session_pb2.Feature] = []
+        self.options: Optional[Options] = None
+
+    def add(self, change: SceneChange) -> None:
+        self.messages.append(change.encode(self.state))
+        self.features += change.features
+        change.take(self.state)
 
 
 def _append_mesh(state: SceneState, faces: Elements, edges: Elements) -> None:

@@ -2,6 +2,7 @@
 """The state needed to create a session again: its scene and all current positions. Used by one thread at a time."""
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Optional
 
@@ -248,6 +249,18 @@ class SceneState:
         return vertices, np.frombuffer(frame.bytes_of(_frame.VERTEX_POSITIONS), self.dtype).reshape(-1, 3)
 
     # Changes between frames (_scene_changes.py).
+
+    def draft(self) -> SceneState:
+        """A copy for changes that may not come to be."""
+        draft = copy.copy(self)
+        draft._rows = draft.rows().copy()
+        draft._latest = None
+        draft.bodies, draft.poses = list(self.bodies), list(self.poses)
+        return draft
+
+    def become(self, draft: SceneState) -> None:
+        """The changes of the draft, of this one, are carried out."""
+        self.__dict__.update(draft.__dict__)
 
     def replace_rows(self, first: int, end: int, rows: npt.NDArray[Any]) -> None:
         """Vertices [first, end) make way for others, at these positions: all behind them have other numbers."""

@@ -51,6 +51,44 @@ TEST(StepLoad, IsForWorkersOfWhichNoNumberWasAsked) {
   EXPECT_FALSE(Workers(2).adapts_to_steps());
 }
 
+// Of how many threads the step before this one's answer was accepted.
+int threads_of_step(Collider& collider, const Workers& workers, std::span<const double> positions) {
+  int threads = 0;
+  const auto note = [&](const StepResult&) -> Status {
+    threads = workers.threads();
+    return {};
+  };
+  EXPECT_TRUE(collider.step(Frame(positions), nullptr, note).ok());
+  return threads;
+}
+
+std::vector<double> flat(int side, double height) {
+  std::vector<double> x;
+  for (int i = 0; i <= side; ++i)
+    for (int j = 0; j <= side; ++j) x.insert(x.end(), {1.0 * i, 1.0 * j, height});
+  return x;
+}
+
+TEST(StepLoad, LetsASmallStepTakeOneThread) {
+  const auto workers = std::make_shared<Workers>(2, Workers::Bounds::kProcess);
+  SceneDescription description;
+  std::vector<double> x = flat(3, 0);
+  description.vertex_count = static_cast<std::uint32_t>(x.size() / 3);
+  description.faces = testing::grid(3);
+  description.bodies = {{"", 0, description.vertex_count}};
+  const auto scene = std::make_shared<const Scene>(Scene::create(description).value());
+  Collider collider = Collider::create(scene, std::span<const double>(x), {}, workers).value();
+  EXPECT_EQ(threads_of_step(collider, *workers, x), 2) << "the first cannot be predicted";
+  EXPECT_EQ(threads_of_step(collider, *workers, x), 1);
+  // A large body, far away.
+  const std::vector<double> large = flat(100, 1000);
+  const auto count = static_cast<std::uint32_t>(large.size() / 3);
+  ASSERT_TRUE(collider.add_body({{"", 0, count}, testing::grid(100)}, std::span<const double>(large)).ok());
+  x.insert(x.end(), large.begin(), large.end());
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(threads_of_step(collider, *workers, x), 2) << "it is small no more";
+  EXPECT_EQ(workers->threads(), 2);
+}
+
 // With one thread in some steps and several in others, the answers are those of several.
 TEST(StepLoad, ChangesNoAnswer) {
   constexpr int kSide = 20;

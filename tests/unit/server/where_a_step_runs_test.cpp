@@ -64,10 +64,7 @@ class WhereAStepRunsTest : public ::testing::Test {
                           server::FrameQuestion{std::move(contents)},
                           {},
                           tell_frame([&](const server::FrameOutcome&) { done.set_value(); },
-                                     [&] {
-                                       ran = std::this_thread::get_id();
-                                       threads_ = workers_->threads();
-                                     })},
+                                     [&] { ran = std::this_thread::get_id(); })},
                          server::Session::Admission::kAlways);
     done.get_future().wait();
     settle();
@@ -94,12 +91,10 @@ class WhereAStepRunsTest : public ::testing::Test {
     made.start.insert(made.start.end(), add.positions.begin(), add.positions.end());
     std::promise<void> changed;
     made.session->change({made.steps + 1, {std::move(add)}},
-                         tell_change(
-                             [&](const server::Outcome<server::SessionState>& outcome) {
-                               EXPECT_TRUE(outcome.ok());
-                               changed.set_value();
-                             },
-                             [&] { threads_ = workers_->threads(); }));
+                         tell_change([&](const server::Outcome<server::SessionState>& outcome) {
+                           EXPECT_TRUE(outcome.ok());
+                           changed.set_value();
+                         }));
     changed.get_future().wait();
     settle();
   }
@@ -113,7 +108,6 @@ class WhereAStepRunsTest : public ::testing::Test {
   }
 
   const std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(2);
-  int threads_ = 0;  // that the last step might use
   server::Budget budget_{1 << 30};
   server::Limits limits_;
   server::Runner runner_{1, {1}};
@@ -125,20 +119,6 @@ TEST_F(WhereAStepRunsTest, OnTheCallersThreadAfterABriefStep) {
   EXPECT_TRUE(stays(made));
   EXPECT_TRUE(stays(made));
   EXPECT_EQ(made.session->snapshot().steps, 3u);
-}
-
-TEST_F(WhereAStepRunsTest, OnOneThreadIfItIsSmall) {
-  Made small = make(MovingGrids(3), true);
-  stays(small);
-  EXPECT_EQ(threads_, 2) << "the first step cannot be predicted";
-  EXPECT_TRUE(stays_soon(small));
-  EXPECT_EQ(threads_, 1);
-  add_large_body(small);
-  EXPECT_EQ(threads_, 2) << "what a change takes is not foreseen";
-  Made large = make(MovingGrids(76), true);  // 22,500 triangles
-  stays(large);
-  EXPECT_TRUE(stays_soon(large));
-  EXPECT_EQ(threads_, 2) << "brief, but not small";
 }
 
 TEST_F(WhereAStepRunsTest, OnAWorkerAfterAnyOtherRequest) {

@@ -82,6 +82,77 @@ def test_what_is_larger_than_a_message_is_sent_in_pieces(start_daemon):
         assert session.info().face_count == 2 + len(faces) + len(faces) - 1
 
 
+def test_changes_in_one_are_those_one_after_the_other(anywhere):
+    apart, X = squares(0.5), np.array([[2, 2, 0], [3, 2, 0], [2, 3, 0.0]])
+    far = np.array([[2, 2, 1], [3, 2, 1], [2, 3, 1], [4, 4, 1.0]])
+
+    def carry_out(change):
+        change.replace_elements(0, FACES[:1], edges=[[1, 3]])
+        assert change.add_body(Body(3, "rigid"), [[0, 1, 2]], X) == 2
+        change.change_filters({"excluded_vertex_pairs": [[0, 10]]})  # a vertex of the new body
+        change.change_filters(None)
+        change.replace_body(1, far[:3], [[0, 1, 2]])
+        change.change_body(2, Body(3, "deformable"))
+        change.change_excluded_pairs([(0, 2)])
+        change.change_options(Options(min_separation=0.2))
+
+    told = []
+    for in_one in (False, True):
+        with anywhere.session(apart, FACES, bodies=BODIES) as session:
+            session.step(squares(0.4))
+            if in_one:
+                with session.changes() as change:
+                    carry_out(change)
+                    assert len(session.trial(squares(-0.5))) > 0, "nothing is changed before the end"
+            else:
+                carry_out(session)
+            assert session.options == Options(min_separation=0.2) and session.last_frame == 1
+            down = session.positions - [0, 0, 1]
+            down[:4] = session.positions[:4]
+            told.append((bits(session.step(down))[1:], session.info().vertex_count, session.info().body_count, session.positions.tobytes()))
+    assert told[0] == told[1] and told[0][1:3] == (10, 3)
+
+
+def test_changes_in_one_survive_the_daemon(daemon, client):
+    with client.session(squares(0.5), FACES, bodies=BODIES) as session:
+        with session.changes() as change:
+            change.replace_elements(1, FACES[:1])
+            change.change_options(Options(min_separation=0.3))
+            daemon.restart()
+        daemon.restart()
+        assert len(session.step(squares(0.2))) > 0 and session.resumes >= 1
+        assert session.info().face_count == 3 and session.info().options.min_separation == 0.3
+
+
+def test_changes_in_one_are_all_or_none(anywhere):
+    with anywhere.session(squares(0.5), FACES, bodies=BODIES) as session:
+        with pytest.raises(InvalidArgumentError, match=r"changes\[1\]: .*faces\[0\]\[2\]: vertex index 9"), session.changes() as change:
+            change.replace_elements(0, FACES[:1])
+            change.replace_elements(1, [[0, 1, 9]])
+            change.change_options(Options(min_separation=0.3))
+        with pytest.raises(InvalidArgumentError, match=r"options\.leaf_size: is fixed"), session.changes() as change:
+            change.replace_elements(0, FACES[:1])
+            change.change_options(Options(leaf_size=4))
+        with pytest.raises(ZeroDivisionError), session.changes() as change:
+            change.replace_elements(0, FACES[:1])
+            1 / 0
+        with session.changes():
+            pass
+        assert session.options == Options() and session.info().face_count == 4
+        for go_on in (lambda: session.step(squares(0.4)), lambda: session.change_filters(None)):
+            with pytest.raises(FailedPreconditionError, match="has gone on since"), session.changes() as change:
+                change.replace_elements(0, FACES[:1])
+                go_on()
+        session.submit(squares(0.3))
+        with pytest.raises(FailedPreconditionError, match="unanswered"), session.changes():
+            pass
+        session.next_answer()
+        assert session.info().face_count == 4 and len(session.step(squares(-0.5))) > 0
+        with session.changes() as change:
+            change.change_options(Options(report="count"))
+        assert session.options == Options(report="count")
+
+
 def test_not_while_frames_are_on_their_way(anywhere):
     with anywhere.session(squares(0.5), FACES, bodies=BODIES) as session:
         session.submit(squares(-0.5))

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Changes that are carried out together, as the engine has them. Thread-compatible.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "client/lib/scene_changes.h"
+#include "engine/result.h"
+#include "engine/scene.h"
+
+namespace warmfront::client {
+
+class ChangesInOne {
+ public:
+  /// For a session of float32 or of float64 positions. kInvalidArgument, naming the change, for positions
+  /// that float32 does not hold exactly.
+  static Result<ChangesInOne> create(std::vector<SceneChange> changes, bool float32);
+
+  std::size_t size() const { return changes_.size(); }
+  /// Change number i, once; its positions are here.
+  SceneEdit take(std::size_t i);
+
+ private:
+  std::vector<SceneChange> changes_;
+  bool float32_ = false;
+  std::vector<std::vector<float>> float_positions_;  // by change, in a session of float32
+};
+
+}  // namespace warmfront::client
