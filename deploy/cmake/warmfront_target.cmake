@@ -15,7 +15,7 @@ endif()
 
 if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
   # For fuzzing and thread safety analysis; releases are built with GCC, which the engine's lanes are written for.
-  add_compile_options(-include ${PROJECT_SOURCE_DIR}/tests/fuzz/clang.h)
+  add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PROJECT_SOURCE_DIR}/tests/fuzz/clang.h>")
 endif()
 
 # warmfront_target(NAME): the language level, the warnings and the include root.
