@@ -126,9 +126,9 @@ TEST_F(WaitingChangesTest, AreChargedUntilTheyAreRefused) {
 
 TEST_F(WaitingChangesTest, AreChargedUntilTheyAreGivenUp) {
   server::ChangeOrder given_up = order();
-  given_up.given_up = std::make_shared<std::atomic<bool>>(false);
-  const Reply reply =
-      reply_to(churn_, std::move(given_up), [flag = given_up.given_up] { flag->store(true); });
+  const auto flag = std::make_shared<std::atomic<bool>>(false);
+  given_up.given_up = flag;
+  const Reply reply = reply_to(churn_, std::move(given_up), [&flag] { flag->store(true); });
   EXPECT_EQ(reply.code, ErrorCode::kCancelled);
   EXPECT_EQ(reply.held, before_);
 }
