@@ -168,7 +168,9 @@ void StepStream::break_locked(StreamEvent::Kind kind) {
 void StepStream::log_end_locked(const grpc::Status& status) {
   const CallTag tag = call_tag(rpc_);
   // A client that heeds the notice of a drain ends its stream well: who drains wants to see every one end.
-  const bool routine = status.ok() && !context_.lifecycle.draining();
+  // That a session was closed is logged where that is done.
+  const bool closed = session_ && status.error_code() == grpc::StatusCode::NOT_FOUND;
+  const bool routine = (status.ok() || closed) && !context_.lifecycle.draining();
   // One that never attached, as while the daemon drains, is known by the session that its client named.
   std::string id;
   if (session_)
@@ -191,18 +193,19 @@ void StepStream::release_locked() {
 }
 
 void StepStream::finish_locked() {
-  happened_locked(StreamEvent::Kind::kFinishStarted);
   given_up_->store(true, std::memory_order_relaxed);
   // First, so that a client that has seen its stream end finds the session free for the next one.
   release_locked();
   if (!token_.empty()) context_.memory_desk->withdraw(std::exchange(token_, {}));
   unbind_locked();
-  grpc::Status status = end_ ? *std::move(end_) : grpc::Status::CANCELLED;
+  if (!end_) end_.emplace(grpc::StatusCode::CANCELLED, "");
   try {  // not if_memory_allows(): clang does not see the lock in what is handed on
-    log_end_locked(status);
+    log_end_locked(*end_);
   } catch (const std::exception&) {  // a line of the log that there was no memory for
   }
-  finish_call(*this, std::move(status));
+  // Last: what is thrown before it leaves a call that can still be finished.
+  happened_locked(StreamEvent::Kind::kFinishStarted);
+  finish_call(*this, *std::move(end_));
 }
 
 void StepStream::happened_locked(StreamEvent::Kind kind, std::size_t bytes) {
