@@ -249,6 +249,9 @@ std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* ar
     err << "warmfrontd: " << applied.error().message << "\n";
     return kExitUsage;
   }
+  if (resolved.print_only)  // what would be in force; a daemon that starts says it in its log
+    for (std::string& reason : fit_to_memory(resolved.config.limits))
+      resolved.remarks.push_back(std::move(reason));
   return resolved;
 }
 

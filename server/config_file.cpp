@@ -64,7 +64,8 @@ Result<ConfigFile> read_config_file(const std::string& path) {
     }
     return file;
   } catch (const toml::parse_error& error) {
-    return invalid_argument(place_of(path, error.source()) + ": " + std::string(error.description()));
+    return invalid_argument(place_of(path, error.source()) + ": " + std::string(error.description()) +
+                            "; text is written in quotes, as in log-level = \"debug\"");
   }
 }
 

@@ -87,6 +87,16 @@ TEST_F(ConfigTest, WhatIsPrintedReadsBackTheSame) {
         << setting.name;
 }
 
+TEST_F(ConfigTest, WhatIsPrintedIsInForce) {
+  const auto printed =
+      resolve({"--print-config", "--max-total-bytes", "1GiB", "--max-session-bytes", "2GiB"});
+  ASSERT_TRUE(std::holds_alternative<ResolvedConfig>(printed)) << err_.str();
+  const ResolvedConfig& resolved = std::get<ResolvedConfig>(printed);
+  EXPECT_THAT(print_config(resolved), HasSubstr("(from: flag)\nmax-session-bytes = \"1GiB\"\n"));
+  EXPECT_THAT(resolved.remarks,
+              ::testing::Contains(HasSubstr("max-session-bytes is lowered from 2.0 GiB to 1.0 GiB")));
+}
+
 TEST_F(ConfigTest, ErrorsAreUsageErrorsThatNameTheirSource) {
   EXPECT_EQ(std::get<int>(resolve({"--window", "0"})), 3);
   EXPECT_THAT(err_.str(), HasSubstr("--window: \"0\": an integer in [1, 64] is expected"));
@@ -104,6 +114,9 @@ TEST_F(ConfigTest, ErrorsAreUsageErrorsThatNameTheirSource) {
   write_file("colour = \"red\"\n");
   EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
   EXPECT_THAT(err_.str(), HasSubstr(file_ + ": line 1: colour is no setting; --print-config lists them\n"));
+  write_file("log-level = debug\n");
+  EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("text is written in quotes, as in log-level = \"debug\""));
   write_file("max_sessions = 3\n");
   EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
   EXPECT_THAT(err_.str(), HasSubstr("max_sessions is no setting; it is max-sessions in a file"));
