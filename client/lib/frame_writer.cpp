@@ -3,6 +3,7 @@
 #include "client/lib/frame_writer.h"
 
 #include <algorithm>
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -53,6 +54,7 @@ bool FrameWriter::begin(std::uint64_t number, const Question& question) {
 bool FrameWriter::write(SentFrame& frame) {
   Messages messages(*this, frame);
   frame.answer_room.reset();
+  frame.moved_block.reset();
   bool written = false;
   if (frame.commit)
     written = write_commit(messages);
@@ -76,6 +78,37 @@ void FrameWriter::give_room(SentFrame& frame, v1::StepFrame& step) {
   if (!frame.answer_room) return;
   step.mutable_answer_room()->set_offset(frame.answer_room->offset);
   step.mutable_answer_room()->set_length(frame.answer_room->size);
+}
+
+bool FrameWriter::share_moved(SentFrame& frame, v1::StepFrame& step) {
+  constexpr std::size_t kWorthIt = 4096;  // less is as well off in a message
+  SharedRegion* region = stream_.region();
+  const v1::MovedParts& moved = *frame.moved;
+  const std::size_t bytes = moved.bodies().size() + moved.body_positions().size() +
+                            moved.pose_bodies().size() + moved.poses().size() + moved.vertices().size() +
+                            moved.vertex_positions().size();
+  if (!shares_moved_ || region == nullptr || bytes < kWorthIt) return false;
+  frame.moved_block = region->take(bytes);
+  if (!frame.moved_block) return false;
+  using Places = v1::SharedMovedParts;
+  Places& places = *step.mutable_shared_moved();
+  std::size_t at = 0;
+  const auto put = [&](const std::string& field, v1::SharedBytes* (Places::*place)()) {
+    if (field.empty()) return;
+    std::memcpy(frame.moved_block->data.get() + at, field.data(), field.size());
+    v1::SharedBytes& where = *(places.*place)();
+    where.set_offset(frame.moved_block->offset + at);
+    where.set_length(field.size());
+    at += field.size();
+  };
+  put(moved.bodies(), &Places::mutable_bodies);
+  put(moved.body_positions(), &Places::mutable_body_positions);
+  put(moved.pose_bodies(), &Places::mutable_pose_bodies);
+  put(moved.poses(), &Places::mutable_poses);
+  put(moved.vertices(), &Places::mutable_vertices);
+  put(moved.vertex_positions(), &Places::mutable_vertex_positions);
+  frame.sent_bytes += bytes;
+  return true;
 }
 
 bool FrameWriter::write_shared(Messages& to, std::uint64_t offset) {
@@ -107,7 +140,8 @@ bool FrameWriter::write_positions(Messages& to) {
   return true;
 }
 
-// In one message, or field by field, chunk by chunk; an empty last part ends the frame then.
+// In one message, what moved in it or in shared memory; or field by field, chunk by chunk: an empty last part
+// ends the frame then.
 bool FrameWriter::write_moved(Messages& to) {
   SentFrame& frame = to.frame();
   v1::StreamStepsRequest request;
@@ -122,8 +156,9 @@ bool FrameWriter::write_moved(Messages& to) {
     return written;
   };
   const v1::MovedParts& moved = *frame.moved;
-  if (moved.ByteSizeLong() <= chunk_bytes_) {
-    *step.mutable_moved() = moved;
+  const bool shared = share_moved(frame, step);
+  if (shared || moved.ByteSizeLong() <= chunk_bytes_) {
+    if (!shared) *step.mutable_moved() = moved;
     give_room(frame, step);
     return write_step(false);
   }

@@ -24,7 +24,9 @@ struct SentFrame {
   FrameBytes positions;                            ///< all of them, which messages under way refer to, ...
   std::optional<v1::MovedParts> moved;             ///< ... or what moved
   std::shared_ptr<PendingAnswer> asked = nullptr;  ///< who gets the answer
-  std::optional<SharedRegion::Block> answer_room = std::nullopt;  ///< where its answer may be put
+  // In memory that the daemon sees, until the answer: a copy of what moved, and where the answer may be put.
+  std::optional<SharedRegion::Block> moved_block = std::nullopt;
+  std::optional<SharedRegion::Block> answer_room = std::nullopt;
   // Cost so far.
   double encode_ms = 0;
   std::uint64_t sent_bytes = 0;

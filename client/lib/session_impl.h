@@ -12,6 +12,7 @@
 
 #include "client/lib/client.h"
 #include "client/lib/connection.h"
+#include "client/lib/frame_writer.h"
 #include "client/lib/last_trial.h"
 #include "client/lib/pending.h"
 #include "client/lib/refused_frame.h"
@@ -97,6 +98,7 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   /// Sends frames as far as the window allows. If writing fails, answers may still arrive: the stream is read
   /// to its end first.
   void send_frames();
+  FrameWriter writer();
 
   // What is answered (session_answers.cpp).
   /// Settles the oldest question when the message completes its answer.

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "client/lib/frame_cost.h"
-#include "client/lib/frame_writer.h"
 #include "client/lib/session_impl.h"
 
 namespace warmfront::client {
@@ -126,8 +125,7 @@ void Session::Impl::begin_frame(const Frame& frame, const Question& question) {
       !unanswered_.empty() || !writable_ || frame_failed_ || !known_ ||
       state_.positions().size() < connection_->options().early_frame_bytes || !state_.gives_all(frame))
     return;
-  FrameWriter(*stream_, chunk_bytes_, connection_->options().answer_timeout, room_)
-      .begin(next_number(), question);
+  writer().begin(next_number(), question);
 }
 
 Result<std::uint64_t> Session::Impl::send_commit(double fraction, std::shared_ptr<PendingAnswer> asked) {
@@ -166,9 +164,14 @@ void Session::Impl::enlarge_rooms() {
   stream_->ask_for_memory(memory_for(room_));
 }
 
+FrameWriter Session::Impl::writer() {
+  return {*stream_, chunk_bytes_, connection_->options().answer_timeout, room_,
+          attached_.shared_memory().moved()};
+}
+
 void Session::Impl::send_frames() {
   if (!stream_) return;
-  FrameWriter writer(*stream_, chunk_bytes_, connection_->options().answer_timeout, room_);
+  FrameWriter writer = this->writer();
   while (writable_ && sent_ < unanswered_.size() && sent_ < window_) {
     if (!writer.write(unanswered_[sent_])) {
       writable_ = false;

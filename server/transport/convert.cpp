@@ -203,6 +203,17 @@ Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dt
   return order;
 }
 
+v1::MovedParts to_proto(const MovedPiece& piece) {
+  v1::MovedParts moved;
+  moved.mutable_bodies()->assign(piece.bodies);
+  moved.mutable_body_positions()->assign(piece.body_positions);
+  moved.mutable_pose_bodies()->assign(piece.pose_bodies);
+  moved.mutable_poses()->assign(piece.poses);
+  moved.mutable_vertices()->assign(piece.vertices);
+  moved.mutable_vertex_positions()->assign(piece.vertex_positions);
+  return moved;
+}
+
 v1::SessionInfo to_proto(const Session& session) {
   const SessionSnapshot snapshot = session.snapshot();
   using std::chrono::duration_cast;

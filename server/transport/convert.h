@@ -74,6 +74,7 @@ void append(const Message& message, FrameBuffer& contents) {
                                                moved.poses(), moved.vertices(), moved.vertex_positions()}));
 }
 
+v1::MovedParts to_proto(const MovedPiece& piece);
 v1::SessionInfo to_proto(const Session& session);
 v1::SessionState to_proto(const SessionState& state);
 /// As they are for a principal.

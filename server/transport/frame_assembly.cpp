@@ -47,6 +47,7 @@ void FrameAssembly::add(const StreamRequest& message) {
     if (!message.positions.empty()) expect_positions();
     static_cast<void>(contents_.append(message.positions));
     append(message.message.step(), contents_);
+    if (message.moved) static_cast<void>(contents_.append(*message.moved));
   }
   // Twice what a frame's positions take, for one that says which vertices moved, and what else it may say.
   constexpr std::size_t kRestOfFrameBytes = std::size_t{1} << 20;

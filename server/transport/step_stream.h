@@ -106,8 +106,9 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   std::unique_ptr<FrameTrace> trace_of(std::uint64_t frame) noexcept;
   std::unique_ptr<FrameObserver> reply_to(std::uint64_t frame, FrameRecord record,
                                           std::unique_ptr<FrameTrace> trace, AnswerRoom room = {});
-  /// What a frame says of shared memory (step_stream_memory.cpp): its positions are where they are there, for
-  /// as long as `memory` is held, and the room for its answer. INVALID_ARGUMENT where it may not say so.
+  /// What a frame says of shared memory (step_stream_memory.cpp): its positions, or what moved, are where they
+  /// are there, for as long as `memory` is held, and the room for its answer. INVALID_ARGUMENT where it may not
+  /// say so.
   Outcome<AnswerRoom> take_shared(StreamRequest& request, std::shared_ptr<StreamMemory>& memory);
   void give_memory(const v1::SharedMemoryRequest& request);
 

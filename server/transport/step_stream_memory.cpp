@@ -105,7 +105,8 @@ void StepStream::give_memory(const v1::SharedMemoryRequest& request) {
 
 Outcome<AnswerRoom> StepStream::take_shared(StreamRequest& request, std::shared_ptr<StreamMemory>& memory) {
   v1::StepFrame& step = *request.message.mutable_step();
-  if (!step.has_shared_positions() && !step.has_answer_room()) return AnswerRoom();
+  if (!step.has_shared_positions() && !step.has_shared_moved() && !step.has_answer_room())
+    return AnswerRoom();
   std::shared_ptr<Session> session;
   {
     const MutexLock lock(mutex_);
@@ -115,12 +116,19 @@ Outcome<AnswerRoom> StepStream::take_shared(StreamRequest& request, std::shared_
   const bool others = assembly_->has_begun() || !request.positions.empty();
   Outcome<SharedParts> parts = take_shared_parts(step, others, memory);
   if (!parts) return parts.fault();
+  // The client may write there meanwhile: each byte is read once, and what is recorded is what is computed.
+  const bool is_recorded = session->companion() != nullptr;
   if (const std::optional<std::string_view> positions = parts.value().positions) {
-    // The client may write there meanwhile: each byte is read once, and what is recorded is what is computed.
-    if (session->companion() != nullptr)
+    if (is_recorded)
       step.set_positions(std::string(*positions));
     else
       request.positions.push_back(*positions);
+  }
+  if (const std::optional<MovedPiece> moved = parts.value().moved) {
+    if (is_recorded)
+      *step.mutable_moved() = to_proto(*moved);
+    else
+      request.moved = moved;
   }
   return std::move(parts).value().room;
 }

@@ -30,6 +30,7 @@ void StepStream::attached(const Outcome<Standing>& standing) {
       if (!token_.empty()) {
         attached.mutable_shared_memory()->set_token(token_);
         attached.mutable_shared_memory()->set_early_frames(true);
+        attached.mutable_shared_memory()->set_moved(true);
       }
       queue_locked({serialize(response), false});
     } else {

@@ -39,7 +39,7 @@ bool take_bytes(CodedInputStream& in, int size, std::vector<std::string_view>& p
   return true;
 }
 
-/// A question, and a place in shared memory, is a few numbers: what is longer has something that it does not
+/// A question, and places in shared memory, are a few numbers: what is longer has something that they do not
 /// have.
 template <class Message>
 bool read_numbers(CodedInputStream& in, Message& message) {
@@ -87,6 +87,9 @@ std::optional<StreamRequest> read_positions_step(grpc::ByteBuffer& buffer) {
         if (step.has_shared_positions() || !read_numbers(in, *step.mutable_shared_positions()))
           return std::nullopt;
         break;
+      case tag_of(v1::StepFrame::kSharedMovedFieldNumber, kLengthDelimited):
+        if (step.has_shared_moved() || !read_numbers(in, *step.mutable_shared_moved())) return std::nullopt;
+        break;
       case tag_of(v1::StepFrame::kAnswerRoomFieldNumber, kLengthDelimited):
         if (step.has_answer_room() || !read_numbers(in, *step.mutable_answer_room())) return std::nullopt;
         break;
@@ -130,7 +133,7 @@ Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer, ParseRoom& room) {
   if (!place) return place.fault();
   Outcome<v1::StreamStepsRequest> parsed = parse_request(buffer);
   if (!parsed) return parsed.fault();
-  return StreamRequest{std::move(place).value(), std::move(parsed).value(), {}};
+  return StreamRequest{std::move(place).value(), std::move(parsed).value(), {}, {}};
 }
 
 AnswerChunks::AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes, AnswerRoom room)

@@ -46,6 +46,7 @@ struct StreamRequest {
   ParseRoom::Place place;  ///< none when the positions are left where they are
   v1::StreamStepsRequest message;
   std::vector<std::string_view> positions;  ///< a step's, one after the other, when the message has none
+  std::optional<MovedPiece> moved;          ///< likewise what moved
 
   /// The step with its positions in it.
   v1::StepFrame whole_step() const;

@@ -45,6 +45,33 @@ std::array<Column, 15> columns_of(const Answer& answer) {
           column(SharedColumn::kWorldTois, answer.world_tois)};
 }
 
+Fault invalid(std::string what) {
+  return {ErrorCode::kInvalidArgument, Reason::kInvalidInput, std::move(what)};
+}
+
+Fault beyond(const char* field, const v1::SharedBytes& bytes, const std::shared_ptr<StreamMemory>& memory) {
+  return invalid(std::string(field) + ": " + std::to_string(bytes.length()) + " bytes from " +
+                 std::to_string(bytes.offset()) +
+                 " on are not within the stream's shared memory, which has " +
+                 std::to_string(memory ? memory->mapping().size() : 0));
+}
+
+/// `at` finds the bytes of a field, by its name.
+template <class At>
+MovedPiece moved_at(const v1::SharedMovedParts& places, At at) {
+  return {.bodies = at("shared_moved.bodies", places.bodies()),
+          .body_positions = at("shared_moved.body_positions", places.body_positions()),
+          .pose_bodies = at("shared_moved.pose_bodies", places.pose_bodies()),
+          .poses = at("shared_moved.poses", places.poses()),
+          .vertices = at("shared_moved.vertices", places.vertices()),
+          .vertex_positions = at("shared_moved.vertex_positions", places.vertex_positions())};
+}
+
+std::size_t bytes_of(const MovedPiece& piece) {
+  return piece.bodies.size() + piece.body_positions.size() + piece.pose_bodies.size() + piece.poses.size() +
+         piece.vertices.size() + piece.vertex_positions.size();
+}
+
 }  // namespace
 
 Outcome<std::shared_ptr<StreamMemory>> StreamMemory::create(const std::shared_ptr<Account>& account,
@@ -77,33 +104,38 @@ StreamMemory::~StreamMemory() {
 
 Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool others,
                                        const std::shared_ptr<StreamMemory>& memory) {
-  const v1::SharedBytes positions = step.shared_positions();
-  const v1::SharedBytes room = step.answer_room();
   const bool has_positions = step.has_shared_positions();
+  const bool has_moved = step.has_shared_moved();
   const bool has_room = step.has_answer_room();
   // Of no use to a recording.
+  const v1::SharedBytes positions = std::move(*step.mutable_shared_positions());
+  const v1::SharedMovedParts moved = std::move(*step.mutable_shared_moved());
+  const v1::SharedBytes room = std::move(*step.mutable_answer_room());
   step.clear_shared_positions();
+  step.clear_shared_moved();
   step.clear_answer_room();
-  const auto invalid = [](std::string what) {
-    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput, std::move(what)};
-  };
-  if (step.more()) return invalid("shared_positions, answer_room: are of a frame's last message");
-  if (has_positions && (others || !step.positions().empty() || step.has_moved()))
-    return invalid("shared_positions: the frame gives positions or what moved as well; give either");
-  const auto beyond = [&](const char* field, const v1::SharedBytes& bytes) {
-    return invalid(std::string(field) + ": " + std::to_string(bytes.length()) + " bytes from " +
-                   std::to_string(bytes.offset()) +
-                   " on are not within the stream's shared memory, which has " +
-                   std::to_string(memory ? memory->mapping().size() : 0));
-  };
-  const auto holds = [&](const v1::SharedBytes& bytes) {
-    return memory && memory->mapping().holds(bytes.offset(), bytes.length());
-  };
-  if (has_positions && !holds(positions)) return beyond("shared_positions", positions);
-  if (has_room && !holds(room)) return beyond("answer_room", room);
+  if (step.more())
+    return invalid("shared_positions, shared_moved, answer_room: are of a frame's last message");
+  if ((has_positions || has_moved) &&
+      (others || !step.positions().empty() || step.has_moved() || (has_positions && has_moved)))
+    return invalid(std::string(has_positions ? "shared_positions" : "shared_moved") +
+                   ": the frame gives positions or what moved as well; give either");
   SharedParts parts;
-  if (has_positions) parts.positions = memory->mapping().read(positions.offset(), positions.length());
-  if (has_room) parts.room = {memory, room.offset(), room.length()};
+  std::optional<Fault> fault;
+  const auto at = [&](const char* field, const v1::SharedBytes& bytes) -> std::string_view {
+    if (memory && memory->mapping().holds(bytes.offset(), bytes.length()))
+      return memory->mapping().read(bytes.offset(), bytes.length());
+    if (!fault) fault = beyond(field, bytes, memory);
+    return {};
+  };
+  if (has_positions) parts.positions = at("shared_positions", positions);
+  if (has_moved) parts.moved = moved_at(moved, at);
+  if (!fault && parts.moved && bytes_of(*parts.moved) > memory->mapping().size())
+    fault = invalid(
+        "shared_moved: its fields overlap, as together they are longer than the memory; give each its own "
+        "place");
+  if (has_room && !at("answer_room", room).empty()) parts.room = {memory, room.offset(), room.length()};
+  if (fault) return *std::move(fault);
   return parts;
 }
 

@@ -18,6 +18,7 @@
 #include "server/process/shared_mapping.h"
 #include "server/session/account.h"
 #include "server/session/answer.h"
+#include "server/session/frame_buffer.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::server {
@@ -52,8 +53,10 @@ struct AnswerRoom {
 
 /// What a frame says of the memory.
 struct SharedParts {
-  /// Its positions, where they are: to be copied once, while `room` or the stream holds the memory.
+  /// Its positions or what moved, where they are: to be copied once, while `room` or the stream holds the
+  /// memory.
   std::optional<std::string_view> positions;
+  std::optional<MovedPiece> moved;
   AnswerRoom room;
 };
 

@@ -38,7 +38,8 @@ void daemon_side(const std::string& bytes, std::size_t rows, bool alone) {
   static std::atomic<std::uint64_t> all{0};
   static const auto memory = server::StreamMemory::create(account, kBytes, all).value();
   const auto parts = server::take_shared_parts(step, alone, memory);
-  expect(!step.has_shared_positions() && !step.has_answer_room(), "nothing of it is left in the frame");
+  expect(!step.has_shared_positions() && !step.has_shared_moved() && !step.has_answer_room(),
+         "nothing of it is left in the frame");
   if (!parts) {
     expect(parts.fault().code == ErrorCode::kInvalidArgument && !parts.fault().message.empty(),
            "a frame is refused with words");
@@ -46,10 +47,16 @@ void daemon_side(const std::string& bytes, std::size_t rows, bool alone) {
   }
   server::SharedMapping& mapping = memory->mapping();
   const std::string_view whole = mapping.read(0, mapping.size());
+  const auto is_within = [&](std::string_view bytes) {
+    return bytes.empty() ||
+           (bytes.data() >= whole.data() && bytes.data() + bytes.size() <= whole.data() + whole.size());
+  };
   if (const auto positions = parts.value().positions)
-    expect(positions->data() >= whole.data() &&
-               positions->data() + positions->size() <= whole.data() + whole.size(),
-           "positions are within the memory");
+    expect(is_within(*positions), "positions are within the memory");
+  if (const auto moved = parts.value().moved)
+    for (const std::string_view field : {moved->bodies, moved->body_positions, moved->pose_bodies,
+                                         moved->poses, moved->vertices, moved->vertex_positions})
+      expect(is_within(field), "what moved is within the memory");
   const server::AnswerRoom& room = parts.value().room;
   if (!room.memory) return;
   std::fill_n(mapping.write(0), mapping.size(), '\x5a');

@@ -104,13 +104,13 @@ class Exchange:
         if link.stream is None or link.draining:
             return
         if link.echo is not None and not link.echo_sent:
-            for message in link.echo.to_send(link.region, link.room):
+            for message in link.echo.to_send(link.region, link.room, link.shares_moved):
                 link.stream.write(message)
             link.echo_sent = True
         while link.sent < min(len(link.unanswered), link.window - (link.echo is not None)):
             request = link.unanswered[link.sent].fitted(link.chunk_bytes)
             link.unanswered[link.sent] = request
-            for message in request.to_send(link.region, link.room):
+            for message in request.to_send(link.region, link.room, link.shares_moved):
                 link.stream.write(message)
             link.sent += 1
 

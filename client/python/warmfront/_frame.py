@@ -10,18 +10,22 @@ from collections.abc import Sequence
 from struct import pack
 from typing import Optional, Union
 
+import numpy as np
+
 from ._memory import Block, SharedRegion
 from ._question import Question, QuestionKind
 from ._wire import FIXED64, Bytes, field, fields, number_field, varint
 
 # Of v1.StreamStepsRequest, v1.StepFrame and v1.MovedParts.
 _STEP, _COMMIT = 1, 4
-_FRAME, _POSITIONS, _MORE, _MOVED, _QUESTION, _SHARED_POSITIONS, _ANSWER_ROOM = 1, 2, 3, 4, 5, 6, 7
+_FRAME, _POSITIONS, _MORE, _MOVED, _QUESTION, _SHARED_POSITIONS, _ANSWER_ROOM, _SHARED_MOVED = 1, 2, 3, 4, 5, 6, 7, 8
 _OFFSET, _LENGTH = 1, 2  # of v1.SharedBytes
 _COMMIT_FRAME, _COMMIT_FRACTION = 1, 2
 BODIES, BODY_POSITIONS, POSE_BODIES, POSES, VERTICES, VERTEX_POSITIONS = 1, 2, 3, 4, 5, 6
 
 Part = tuple[int, Bytes]  # the number of a field, and its bytes
+
+_WORTH_SHARING = 4096  # bytes of what moved: less is as well off in a message
 
 
 class SentFrame:
@@ -36,6 +40,7 @@ class SentFrame:
         self.whole = positions is not None
         self.room: Optional[Block] = None  # where its answer may be put
         self._block = block
+        self._moved_block: Optional[Block] = None  # a copy of what moved, until the answer
         self.messages: list[bytes] = []  # v1.StreamStepsRequest, serialized
         self._chunk_bytes = chunk_bytes
         parts = [(_POSITIONS, positions)] if positions is not None else moved
@@ -59,15 +64,21 @@ class SentFrame:
             return self
         return self.asked(self.question, chunk_bytes)
 
-    def to_send(self, region: Optional[SharedRegion], room: int) -> list[bytes]:
-        """Its messages. region: that the daemon sees, where `room` bytes are kept for the answer, if there are any."""
+    def to_send(self, region: Optional[SharedRegion], room: int, moved: bool) -> list[bytes]:
+        """Its messages. region: that the daemon sees, where `room` bytes are kept for the answer, if there are any. moved: does
+        the daemon take what moved from there too?"""
         self.room = None if region is None else region.take(room)
         tail = [] if self.room is None else field(_ANSWER_ROOM, _place_of(self.room))
+        shared: list[Bytes] = []
         if self._block is not None and region is self._block.region:
+            shared = field(_SHARED_POSITIONS, _place_of(self._block))
+        elif region is not None and moved and not self.whole:
+            shared = self._share_moved(region)
+        if shared:
             head = number_field(_FRAME, self.number)
             if self.question.content:
                 head += b"".join(field(_QUESTION, self.question.content))
-            return [b"".join(field(_STEP, head, *field(_SHARED_POSITIONS, _place_of(self._block)), *tail))]
+            return [b"".join(field(_STEP, head, *shared, *tail))]
         if not self.messages:  # the daemon does not see the block
             self.room = None
             return SentFrame(self.number, self.positions(), [], self._chunk_bytes, self.question).messages
@@ -77,6 +88,24 @@ class SentFrame:
         _, content = next(fields(memoryview(self.messages[0])))
         assert isinstance(content, memoryview)
         return [b"".join(field(_STEP, content, *tail))]
+
+    def _share_moved(self, region: SharedRegion) -> list[Bytes]:
+        """Puts what moved there; a field of v1.StepFrame that says where, or none where it is to be in messages."""
+        pieces = [(part, piece) for part in self._pieces for piece in self._pieces[part]]
+        size = sum(len(piece) for _, piece in pieces)
+        self._moved_block = region.take(size) if size >= _WORTH_SHARING else None
+        if self._moved_block is None:
+            return []
+        places: list[Bytes] = []
+        at = 0
+        for part in self._pieces:
+            begin = at
+            for piece in self._pieces[part]:
+                self._moved_block.data[at:at + len(piece)] = np.frombuffer(piece, np.uint8)
+                at += len(piece)
+            if at > begin:
+                places += field(part, _place(self._moved_block.offset + begin, at - begin))
+        return field(_SHARED_MOVED, *places)
 
     def asked(self, question: Question, chunk_bytes: int) -> SentFrame:
         """Another question of the same frame."""
@@ -149,14 +178,18 @@ class SentCommit:
         """It fits everywhere."""
         return self
 
-    def to_send(self, region: Optional[SharedRegion], room: int) -> list[bytes]:
+    def to_send(self, region: Optional[SharedRegion], room: int, moved: bool) -> list[bytes]:
         """As SentFrame's."""
         return self.messages
 
 
 def _place_of(block: Block) -> bytes:
+    return _place(block.offset, block.size)
+
+
+def _place(offset: int, length: int) -> bytes:
     """A v1.SharedBytes."""
-    return number_field(_OFFSET, block.offset) + number_field(_LENGTH, block.size)
+    return number_field(_OFFSET, offset) + number_field(_LENGTH, length)
 
 
 Request = Union[SentFrame, SentCommit]

@@ -93,6 +93,11 @@ class Link:
         """Memory that the daemon shares; None where it does not."""
         return None if self.stream is None else self.stream.region
 
+    @property
+    def shares_moved(self) -> bool:
+        """Does the daemon take what moved from that memory too? An older one takes whole frames alone."""
+        return bool(self._attached.shared_memory.moved)
+
     def enlarge_rooms(self) -> None:
         """Where answers turned out longer than their room, more memory is asked for between two frames."""
         if self.wanted_room <= self.room or self.unanswered or self.stream is None or self.stream.region is None:

@@ -102,6 +102,46 @@ TEST_P(RemoteSharedMemoryTest, EveryQuestionHasTheSameAnswer) {
       << "the memory is charged";
 }
 
+// Enough of it to be put there.
+TEST_P(RemoteSharedMemoryTest, WhatMovedHasTheSameAnswer) {
+  Client without = connect(false), with = connect(true);
+  SceneDescription scene = grids_.scene();
+  const std::uint32_t half = grids_.vertex_count() / 2;
+  scene.bodies = {{"below", 0, half, BodyKind::kRigid}, {"above", half, half}};
+  const std::vector<double> start = grids_.positions(0);
+  Session stream = without.create_session(scene, Doubles(start), all_fields()).value();
+  Session shared = with.create_session(scene, Doubles(start), all_fields()).value();
+  std::size_t rows = 0;
+  for (std::uint64_t frame = 1; frame <= 6; ++frame) {
+    SCOPED_TRACE(frame);
+    if (frame == 4) daemon_.restart();
+    const std::vector<double> next = grids_.positions(frame);
+    const Doubles above = Doubles(next).subspan(std::size_t{3} * half);
+    Frame moved;
+    const std::vector<BodyPositions> bodies{{1, above}};
+    std::vector<std::uint32_t> vertices;
+    if (frame % 2 == 0) {
+      moved.bodies = bodies;
+    } else {
+      for (std::uint32_t v = half; v < 2 * half; ++v) vertices.push_back(v);
+      moved.vertices = vertices;
+      moved.vertex_positions = above;
+    }
+    Pose pose;
+    pose.matrix[3] = 0.01 * static_cast<double>(frame);
+    const std::vector<BodyPose> poses{{0, pose}};
+    moved.poses = poses;
+    const auto a = stream.trial(moved);
+    expect_same(a, shared.trial(moved));
+    rows += a.value().contacts.size();
+    const auto part_a = stream.commit(0.5), part_b = shared.commit(0.5);
+    ASSERT_TRUE(part_a.ok() && part_b.ok());
+    expect_same(stream.step(moved), shared.step(moved));
+  }
+  EXPECT_GT(rows, 100U);
+  EXPECT_EQ(shared.resumes(), 1U);
+}
+
 TEST_P(RemoteSharedMemoryTest, SeveralFramesUnderWayAndErrorsAmongThem) {
   Client without = connect(false), with = connect(true);
   Session stream = session(without), shared = session(with);

@@ -8,7 +8,9 @@ import pytest
 
 import warmfront
 from support import bits
+from warmfront._frame import VERTEX_POSITIONS, VERTICES, SentFrame
 from warmfront._memory import SharedRegion, room_of
+from warmfront.v1 import step_pb2
 
 OPTIONS = warmfront.Options(fields=["weights", "normal", "points"])
 
@@ -53,6 +55,47 @@ def test_every_question_has_the_same_answer(both):
         assert np.array_equal(tangles[0].edges, tangles[1].edges) and np.array_equal(tangles[0].faces, tangles[1].faces)
         far = [session.max_step(waves(frame + 1)).fraction for session in both]
         assert far[0] == far[1]
+
+
+def test_what_moved_has_the_same_answer(daemon):
+    """A cloth by its positions or its vertices, and a body by its pose."""
+    half = len(waves(0)) // 2
+    bodies = [warmfront.Body(half, kind="rigid"), warmfront.Body(half)]
+    with warmfront.connect(daemon.address) as shares, warmfront.connect(daemon.address, shared_memory=False) as streams:
+        sessions = [client.session(waves(0), sheet_faces(), bodies=bodies, options=OPTIONS) for client in (shares, streams)]
+        assert sessions[0].shares_memory
+        for frame in range(1, 7):
+            if frame == 5:
+                daemon.restart()
+            pose = np.eye(3, 4)
+            pose[0, 3] = 0.01 * frame
+            above = waves(frame)[half:]
+            moved = {"bodies": {1: above}} if frame % 2 else {"vertices": np.arange(half, 2 * half), "vertex_positions": above}
+            answers = [session.trial(poses={0: pose}, **moved) for session in sessions]
+            assert bits(answers[0]) == bits(answers[1]) and len(answers[0]) > 100
+            answers = [session.step(poses={0: pose}, **moved) for session in sessions]
+            assert bits(answers[0]) == bits(answers[1])
+        assert sessions[0].resumes == 1
+        for session in sessions:
+            session.close()
+
+
+def test_what_moved_is_in_the_memory_where_it_is_worth_it(tmp_path):
+    with open(tmp_path / "memory", "w+b") as file:
+        file.truncate(1 << 20)
+        region = SharedRegion(file.fileno(), 1 << 20)
+    vertices, positions = np.arange(9000, dtype="<u4").tobytes(), np.random.default_rng(1).random(27000).tobytes()
+    frame = SentFrame(7, None, [(VERTICES, vertices), (VERTEX_POSITIONS, positions)], 50_000)
+    assert len(frame.messages) > 4, "cut into messages, for a daemon that does not see the memory"
+    assert frame.to_send(region, 64, False) == frame.messages == frame.to_send(None, 64, True)
+    message, = frame.to_send(region, 64, True)
+    step = step_pb2.StreamStepsRequest.FromString(message).step
+    assert len(message) < 100 and step.frame == 7 and not step.HasField("moved") and step.HasField("answer_room")
+    memory = np.frombuffer(region._map, np.uint8)
+    for place, expected in ((step.shared_moved.vertices, vertices), (step.shared_moved.vertex_positions, positions)):
+        assert memory[place.offset:place.offset + place.length].tobytes() == expected
+    few = SentFrame(8, None, [(VERTICES, vertices[:40]), (VERTEX_POSITIONS, positions[:240])], 50_000)
+    assert not step_pb2.StreamStepsRequest.FromString(few.to_send(region, 64, True)[0]).step.HasField("shared_moved")
 
 
 def test_a_closed_session_has_closed_its_socket(daemon):
