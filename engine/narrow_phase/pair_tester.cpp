@@ -55,7 +55,7 @@ void PairTester::met_pair(Primitive p, Primitive q) {
   primitive_pair(p, q);
 }
 
-void PairTester::primitive_pair(Primitive p, Primitive q) {
+void PairTester::primitive_pair(Primitive p, Primitive q, std::uint32_t near) {
   std::uint32_t left_out = 0;
   if (input_->filter.any() && are_faces(p, q)) {
     // As element_pair() orders them.
@@ -72,7 +72,7 @@ void PairTester::primitive_pair(Primitive p, Primitive q) {
   if (of_points) {
     point_pair(p, q);
   } else if (!has_point(p, q)) {
-    element_pair(std::min(p, q), std::max(p, q), left_out);
+    element_pair(std::min(p, q), std::max(p, q), left_out, near);
   } else if (input_->options.pair_test == PairTest::kIntersection) {
     return;  // a point has no edge
   } else if (is_face(p)) {
@@ -108,7 +108,7 @@ void PairTester::point_pair(Primitive p, Primitive q) {
 }
 
 // A face before a segment.
-void PairTester::element_pair(Primitive p, Primitive q, std::uint32_t left_out) {
+void PairTester::element_pair(Primitive p, Primitive q, std::uint32_t left_out, std::uint32_t near) {
   if (are_faces(p, q)) {
     const std::uint32_t patch = input_->patches.of_face[face_number(p)];
     if (patch != Patches::kNone && patch == input_->patches.of_face[face_number(q)] &&
@@ -120,7 +120,7 @@ void PairTester::element_pair(Primitive p, Primitive q, std::uint32_t left_out) 
   ++output_.counts.triangle_pairs;
   const Face of_p = primitive_vertices(input_->scene, p);
   const Face of_q = primitive_vertices(input_->scene, q);
-  elements_[element_pairs_] = {p, q, left_out};
+  elements_[element_pairs_] = {p, q, left_out, near};
   for (int k = 0; k < 3; ++k) {
     corners_.vertex[k][element_pairs_] = of_p[k];
     corners_.vertex[k + 3][element_pairs_] = of_q[k];
@@ -138,13 +138,13 @@ void PairTester::filter_elements() {
                                                             certified_reach(input_->options.tolerance))
                                           : 0;
   for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
-    const auto [p, q, left_out] = elements_[static_cast<std::size_t>(std::countr_zero(bits))];
+    const auto [p, q, left_out, near] = elements_[static_cast<std::size_t>(std::countr_zero(bits))];
     if (input_->options.pair_test == PairTest::kIntersection)
       edge_face_pairs(p, q);
     else if (is_segment(q))
       segment_pairs(p, q);
     else
-      feature_pairs(face_number(p), face_number(q), left_out);
+      feature_pairs(face_number(p), face_number(q), left_out, near);
   }
 }
 
@@ -195,15 +195,16 @@ void PairTester::segment_pairs(Primitive p, Primitive segment) {
   }
 }
 
-void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out) {
+void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out, std::uint32_t near) {
   const Scene& scene = input_->scene;
   const Face& face_f = scene.faces()[f];
   const Face& face_g = scene.faces()[g];
   // Ownership of a near pair's features is expensive: query it only where the features' moving bounds
   // overlap.
   const auto [owned, perhaps] = input_->ownership.candidates(f, g);
-  if ((owned | perhaps) == 0) return;
-  std::uint32_t bits = overlapping(face_f, face_g, owned | perhaps);
+  const std::uint32_t wanted = (owned | perhaps) & near;
+  if (wanted == 0) return;
+  std::uint32_t bits = overlapping(face_f, face_g, wanted);
   for (; bits != 0; bits &= bits - 1) {
     const int feature = std::countr_zero(bits);
     if ((bits & -bits & perhaps) != 0 && !input_->ownership.owns(f, g, feature)) continue;

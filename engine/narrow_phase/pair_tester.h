@@ -36,8 +36,9 @@ class PairTester {
   /// Starts a step; buffers are kept.
   void begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared);
 
-  /// Two primitives whose moving bounds overlap and that share no vertex.
-  void primitive_pair(Primitive p, Primitive q);
+  /// Two primitives whose moving bounds overlap and that share no vertex. `near`: of two faces, the lesser
+  /// first, the pairs of features that may meet, bits as Ownership::candidates() has them.
+  void primitive_pair(Primitive p, Primitive q, std::uint32_t near = ~0U);
   /// The same, where their bounds may be apart.
   void met_pair(Primitive p, Primitive q);
 
@@ -123,11 +124,11 @@ class PairTester {
   // Two points, or a point and a segment.
   void point_pair(Primitive p, Primitive q);
   // Two faces, a face and a segment, or two segments. `left_out`: the pairs of their features that filters
-  // leave out; of segments, those are looked for one by one.
-  void element_pair(Primitive p, Primitive q, std::uint32_t left_out);
+  // leave out; of segments, those are looked for one by one. `near`: as of primitive_pair().
+  void element_pair(Primitive p, Primitive q, std::uint32_t left_out, std::uint32_t near);
   // Continues with the pending pairs that no plane separates.
   void filter_elements();
-  void feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out);
+  void feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out, std::uint32_t near);
   void segment_pairs(Primitive p, Primitive segment);
   void edge_face_pairs(Primitive p, Primitive q);
   void edge_against_face(EdgeId edge, std::uint32_t face);
@@ -201,6 +202,7 @@ class PairTester {
     Primitive p;
     Primitive q;
     std::uint32_t left_out;  // of their features
+    std::uint32_t near;      // the others have been shown to be apart
   };
   std::array<ElementPair, 8> elements_;  // pending
   std::size_t element_pairs_ = 0;

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/elementary/certified.h"
-#include "engine/elementary/turning_search.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/primitives.h"
 
@@ -16,33 +14,19 @@ namespace {
 
 /// Where the arcs of two parts are longer than this share of the smaller one's radius, lines do not serve.
 constexpr double kShareOfRadius = 0x1p-6;
-/// Radians that a part turns by in a piece, at most; but no more than kMostPieces pieces.
+/// Radians that a part turns by in a piece, at most; but no more than kMostPiecesOfStep pieces.
 constexpr double kAngle = 0.2;
-constexpr int kMostPiecesOfStep = 32;
 
 double angle_of(const Core& core, PartId part) {
   const Twist* twist = core.arcs.of_part(part);
   return twist == nullptr ? 0 : std::sqrt(twist->angle_squared);
 }
 
-template <class Box>
-void add(Box& all, const Box& other) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    all.low[axis] = std::min(all.low[axis], other.low[axis]);
-    all.high[axis] = std::max(all.high[axis], other.high[axis]);
-  }
+std::span<const ChordBox> some(const std::vector<ChordBox>& boxes, std::uint32_t first, std::uint32_t end) {
+  return {boxes.data() + first, boxes.data() + end};
 }
 
-// What holds some of these boxes, one at least.
-template <class Box>
-Box around(const std::vector<Box>& boxes, std::uint32_t first, std::uint32_t end) {
-  Box all = boxes[first];
-  for (std::uint32_t i = first + 1; i < end; ++i) add(all, boxes[i]);
-  return all;
-}
-
-template <class Box>
-bool near_each_other(const Box& a, const Box& b, double room) {
+bool near_each_other(const ChordBox& a, const ChordBox& b, double room) {
   for (std::size_t k = 0; k < 3; ++k) {
     // What is not a number is near.
     if (a.low[k] - b.high[k] > room || b.low[k] - a.high[k] > room) return false;
@@ -77,9 +61,6 @@ void TurningStage::take(const Core& core, std::span<const NearPair> near, StopSi
   while (pieces_ < kMostPiecesOfStep && most > kAngle * pieces_) pieces_ *= 2;
 }
 
-// Sums of larger coordinates may overflow: of these nothing is told.
-constexpr double kMostReach = 0x1p1000;
-
 void TurningStage::take_met(const Core& core, StopSignal stop) {
   const auto index_of = [this](PartId part) {
     return static_cast<std::uint32_t>(std::ranges::lower_bound(named_, part) - named_.begin());
@@ -98,97 +79,6 @@ void TurningStage::take_met(const Core& core, StopSignal stop) {
   }
 }
 
-void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
-  const std::uint32_t first = core.motion.first_vertex(part.part);
-  const std::uint32_t count = core.motion.vertex_count(part.part);
-  const Twist* twist = core.arcs.of_part(part.part);
-  const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
-  part.rests = (core.motion.state(part.part) & kMoving) == 0;
-  part.bounded = false;
-  const auto times = static_cast<std::size_t>(pieces_) + 1;
-  part.at.resize(twist == nullptr ? 0 : count * times);
-  std::array<ArcShares, kMostPiecesOfStep + 1> shares;
-  for (std::size_t k = 0; k < times; ++k) shares[k] = turning::shares_at(twist, time_of(k));
-  part.at_times.resize(times);
-  for (Box& box : part.at_times) {
-    box.low.fill(std::numeric_limits<double>::infinity());
-    box.high.fill(-std::numeric_limits<double>::infinity());
-  }
-  double bend = 0;
-  PacedStop paced(stop);
-  for (std::uint32_t v = 0; v < count; ++v) {
-    paced.check();
-    const VertexMotion& vertex = vertices[first + v];
-    if (twist != nullptr) {
-      const turning::Path path(vertex, twist, {});
-      bend = std::max(bend, length_above(path.bend));
-      for (std::size_t k = 0; k < times; ++k) {
-        const auto x = k + 1 == times ? vertex.t1 : path.at(time_of(k), shares[k]);
-        part.at[k * count + v] = {x[0], x[1], x[2]};
-      }
-    }
-    for (std::size_t k = 0; k < times; ++k) {
-      const std::array<double, 3> at = position(core, part, first + v, static_cast<int>(k));
-      add(part.at_times[k], {at, at});
-    }
-  }
-  const Box& all = part.ever = around(part.at_times, 0, static_cast<std::uint32_t>(times));
-  part.size = 0;
-  part.reach = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    part.size = std::max(part.size, all.high[axis] - all.low[axis]);
-    part.reach = std::max({part.reach, std::fabs(all.low[axis]), std::fabs(all.high[axis])});
-  }
-  const double width = 1.0 / pieces_;
-  part.away = (width * width * bend / 8) * (1 + 0x1p-40) + core.arcs.most_of(part.part) * 0x1p-40 +
-              part.reach * 0x1p-48;
-  part.size += bend;
-}
-
-// How far apart boxes of two parts must be before nothing of them is reported. L of turning_test() is no more
-// than all coordinates of both; shorter chords are as far from an arc as their own share of its bend says.
-double TurningStage::room_between(const Core& core, const Part& a, const Part& b) const {
-  const ColliderOptions& options = core.options;
-  const double separation = core.thickness.between(options.min_separation, a.part, b.part);
-  const double length = 2 * (a.size + b.size) + 0x1p-40 * std::max(a.reach, b.reach) + separation;
-  return separation + 2 * (a.away + b.away) +
-         (4 * certified_reach(options.tolerance) + 2 * options.tolerance) * length;
-}
-
-// A scene may have large parts that a turning one is near: only those that turn hold their positions.
-std::array<double, 3> TurningStage::position(const Core& core, const Part& part, std::uint32_t v,
-                                             int time) const {
-  if (!part.at.empty()) {
-    const std::size_t count = core.motion.vertex_count(part.part);
-    return part.at[static_cast<std::size_t>(time) * count + (v - core.motion.first_vertex(part.part))];
-  }
-  const auto& [t0, t1] = core.motion.vertices().vertices()[v];
-  if (time == pieces_) return {t1[0], t1[1], t1[2]};
-  const double s = time_of(static_cast<std::size_t>(time));
-  return {t0[0] + s * (t1[0] - t0[0]), t0[1] + s * (t1[1] - t0[1]), t0[2] + s * (t1[2] - t0[2])};
-}
-
-TurningStage::Box TurningStage::box_of(const Core& core, const Part& part, const Face& vertices,
-                                       int piece) const {
-  const auto box_between = [&](auto&& at) {
-    Box box{at(vertices[0], piece), {}};
-    box.high = box.low;
-    for (const std::uint32_t v : vertices) {
-      for (const int k : {piece, piece + 1}) {
-        const std::array<double, 3> x = at(v, k);
-        add(box, {x, x});
-      }
-    }
-    return box;
-  };
-  if (part.at.empty())
-    return box_between([&](std::uint32_t v, int time) { return position(core, part, v, time); });
-  const std::array<double, 3>* const of_part = part.at.data();
-  const std::size_t count = core.motion.vertex_count(part.part);
-  const std::size_t first = core.motion.first_vertex(part.part);
-  return box_between([=](std::uint32_t v, int time) { return of_part[time * count + (v - first)]; });
-}
-
 // Its vertices' boxes hold all chords of a part in a piece, as the root's does, which is what holds those of
 // its primitives: where these are apart, so are the roots.
 bool TurningStage::are_near(const MetPair& pair, int piece) const {
@@ -196,7 +86,7 @@ bool TurningStage::are_near(const MetPair& pair, int piece) const {
   const Part& b = parts_[pair.b];
   if (!(a.reach < kMostReach && b.reach < kMostReach)) return true;
   const auto k = static_cast<std::uint32_t>(piece);
-  return near_each_other(around(a.at_times, k, k + 2), around(b.at_times, k, k + 2), pair.room);
+  return near_each_other(around(some(a.at_times, k, k + 2)), around(some(b.at_times, k, k + 2)), pair.room);
 }
 
 template <class Bounds>
@@ -208,22 +98,41 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
   part.primitives.resize(tree.order.size());
   part.blocks.resize(tree.order.empty() ? 0 : tree.shape.block_count());
   PacedStop paced(stop);
-  for (std::size_t i = 0; i < part.primitives.size(); ++i) {
-    paced.check();
-    part.primitives[i] = box_of(core, part, primitive_vertices(core.topology->scene, tree.order[i]), piece);
+  const std::uint32_t first = core.motion.first_vertex(part.part);
+  const std::uint32_t count = core.motion.vertex_count(part.part);
+  if (part.corners.empty()) {
+    for (const Primitive primitive : tree.order) {
+      paced.check();
+      const auto [a, b, c] = primitive_vertices(core.topology->scene, primitive);
+      part.corners.push_back({static_cast<std::uint32_t>(a) - first, static_cast<std::uint32_t>(b) - first,
+                              static_cast<std::uint32_t>(c) - first});
+    }
   }
+  part.vertices.resize(count);
+  const std::span<const Corner> at(part.at);
+  if (!at.empty()) {
+    around_chords(at.subspan(static_cast<std::size_t>(piece) * count, count),
+                  at.subspan((static_cast<std::size_t>(piece) + 1) * count, count), part.vertices.data());
+  } else {
+    for (std::uint32_t v = 0; v < count; ++v) {
+      paced.check();
+      part.vertices[v] = box_of(core, part, {v, v, v}, piece);
+    }
+  }
+  around_primitives(part.vertices, part.corners, part.primitives.data());
   for (std::uint32_t i = 0; i < part.blocks.size(); ++i) {
     const BlockId block{i};
     part.blocks[i] =
-        around(part.primitives, tree.shape.begin_of_block(block), tree.shape.begin_of_block(block + 1));
+        around(some(part.primitives, tree.shape.begin_of_block(block), tree.shape.begin_of_block(block + 1)));
   }
   for (auto i = static_cast<std::uint32_t>(part.nodes.size()); i-- > 0;) {
     const NodeId node{i};
     paced.check();
-    part.nodes[i] = tree.shape.is_leaf(node) ? around(part.blocks, number_of(tree.shape.first_block(node)),
-                                                      number_of(tree.shape.end_block(node)))
-                                             : around(part.nodes, number_of(TreeShape::left(node)),
-                                                      number_of(TreeShape::right(node)) + 1);
+    part.nodes[i] = tree.shape.is_leaf(node)
+                        ? around(some(part.blocks, number_of(tree.shape.first_block(node)),
+                                      number_of(tree.shape.end_block(node))))
+                        : around(some(part.nodes, number_of(TreeShape::left(node)),
+                                      number_of(TreeShape::right(node)) + 1));
   }
 }
 
@@ -240,18 +149,24 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
   const Bvh<Bounds>& tree_b = trees[number_of(b.part)];
   const TreeShape& of_a = tree_a.shape;
   const TreeShape& of_b = tree_b.shape;
-  const Scene& scene = core.topology->scene;
   std::uint64_t tests = 0;
   PacedStop paced(stop);
   tester.begin_leaves(a.part, b.part);
-  // Were they tested in a piece before?
-  const auto tested = [&](Primitive x, Primitive y) {
-    const Face of_x = primitive_vertices(scene, x);
-    const Face of_y = primitive_vertices(scene, y);
+  // Were they, by their places, tested in a piece before?
+  const auto tested = [&](std::uint32_t i, std::uint32_t j) {
     for (int k = 0; k < piece; ++k) {
-      if (near_each_other(box_of(core, a, of_x, k), box_of(core, b, of_y, k), room)) return true;
+      if (near_each_other(box_of(core, a, a.corners[i], k), box_of(core, b, b.corners[j], k), room))
+        return true;
     }
     return false;
+  };
+  const auto test = [&](std::uint32_t i, std::uint32_t j) {
+    const Primitive x = tree_a.order[i];
+    const Primitive y = tree_b.order[j];
+    if (!are_faces(x, y)) return tester.primitive_pair(x, y);
+    const std::uint32_t near = x < y ? near_features_of(core, a, i, b, j, piece, room)
+                                     : near_features_of(core, b, j, a, i, piece, room);
+    if (near != 0) tester.primitive_pair(x, y, near);
   };
   const auto blocks = [&](BlockId block_a, BlockId block_b) {
     for (std::uint32_t i = of_a.begin_of_block(block_a); i < of_a.begin_of_block(block_a + 1); ++i) {
@@ -259,9 +174,7 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
       for (std::uint32_t j = of_b.begin_of_block(block_b); j < of_b.begin_of_block(block_b + 1); ++j) {
         if (!near_each_other(a.primitives[i], b.primitives[j], room)) continue;
         paced.check();
-        const Primitive x = tree_a.order[i];
-        const Primitive y = tree_b.order[j];
-        if (!tested(x, y)) tester.primitive_pair(x, y);
+        if (!tested(i, j)) test(i, j);
       }
     }
   };
@@ -336,7 +249,8 @@ template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<KDop18
 std::size_t TurningStage::memory_bytes() const {
   std::size_t bytes = held_bytes(pairs_, others_, met_, named_, parts_);
   for (const Part& part : parts_)
-    bytes += held_bytes(part.at, part.at_times, part.nodes, part.blocks, part.primitives);
+    bytes += held_bytes(part.at, part.at_times, part.corners, part.vertices, part.nodes, part.blocks,
+                        part.primitives);
   return bytes;
 }
 

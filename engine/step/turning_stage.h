@@ -14,6 +14,7 @@
 #include "engine/narrow_phase/narrow_phase.h"
 #include "engine/narrow_phase/pair_tester.h"
 #include "engine/state/core.h"
+#include "engine/step/chord_boxes.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -22,7 +23,8 @@ namespace warmfront {
 /// box about a node holds the chords of its vertices; where the boxes of two primitives are, in each piece,
 /// farther apart than the separation, the arcs' distance from their chords and what the elementary test
 /// allows itself (certified_reach()), that test reports nothing of them: it looks at the same chords, or
-/// shorter ones within. Two primitives are tested once, in the first piece in which their boxes are nearer.
+/// shorter ones within. Two primitives are tested once, in the first piece in which their boxes are nearer;
+/// of two faces those features whose own boxes are nearer in some piece.
 class TurningStage {
  public:
   /// Takes the near pairs of parts that are this stage's out of those that are the front's. Where an arc is
@@ -47,20 +49,22 @@ class TurningStage {
   std::size_t memory_bytes() const;
 
  private:
-  struct Box {
-    std::array<double, 3> low;
-    std::array<double, 3> high;
-  };
+  using Box = ChordBox;
+  static constexpr int kMostPiecesOfStep = 32;
+  /// Sums of larger coordinates may overflow: of these nothing is told.
+  static constexpr double kMostReach = 0x1p1000;
   /// A part that is in a pair.
   struct Part {
     PartId part;
     bool rests = false;                     ///< its boxes are those of every piece
     bool bounded = false;                   ///< its boxes are those of some piece
     bool near = false;                      ///< it is near another one in the piece in hand
-    std::vector<std::array<double, 3>> at;  ///< by time and vertex, of one that turns
+    std::vector<Corner> at;                 ///< by time and vertex, of one that turns
     std::vector<Box> at_times;              ///< by time: of all vertices
     Box ever;                               ///< around these
-    std::vector<Box> nodes;                 ///< of the piece in hand
+    std::vector<std::array<std::uint32_t, 3>> corners;  ///< of the primitives, among the part's vertices
+    std::vector<Box> vertices;                          ///< of the piece in hand
+    std::vector<Box> nodes;                             ///< the same
     std::vector<Box> blocks;                ///< the same, of blocks of its leaves
     std::vector<Box> primitives;            ///< by place in the hierarchy's order
     double size = 0;                        ///< no two coordinates of its vertices, ever, are farther apart
@@ -77,8 +81,12 @@ class TurningStage {
 
   void take_met(const Core& core, StopSignal stop);
   void place(const Core& core, Part& part, StopSignal stop) const;
-  std::array<double, 3> position(const Core& core, const Part& part, std::uint32_t v, int time) const;
-  Box box_of(const Core& core, const Part& part, const Face& vertices, int piece) const;
+  /// Of a vertex, by its number in the part.
+  Corner position(const Core& core, const Part& part, std::uint32_t v, int time) const;
+  Box box_of(const Core& core, const Part& part, const std::array<std::uint32_t, 3>& corners,
+             int piece) const;
+  std::uint32_t near_features_of(const Core& core, const Part& f, std::uint32_t place_f, const Part& g,
+                                 std::uint32_t place_g, int piece, double room) const;
   template <class Bounds>
   void bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece, StopSignal stop) const;
   template <class Bounds>

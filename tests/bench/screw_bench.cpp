@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What it costs that bodies move along screws: prints medians of milliseconds of a step over rods that turn
 // and drift among each other by poses, along lines and along screws, in one run and in turn, a line for each
-// angle a step.
+// angle a step. The last column: a step along screws against as many steps along lines as turn by as much, by
+// no more than 10 degrees each, which see nearly what a screw sees.
 //   screw_bench [STEPS [RODS [DEGREES]]]
 #include <array>
 #include <cmath>
@@ -52,7 +53,13 @@ Rods make_rods(int count, bool screws) {
   return rods;
 }
 
-void run(double degrees, int steps, int count) {
+/// Of a step, by Way.
+struct Cost {
+  std::array<double, kWays> ms{};
+  std::array<std::uint64_t, kWays> contacts{};
+};
+
+Cost run(double degrees, int steps, int count) {
   const auto side = static_cast<int>(std::ceil(std::cbrt(count)));
   std::array<std::optional<Collider>, kWays> colliders;
   std::array<std::vector<double>, kWays> ms;
@@ -99,12 +106,19 @@ void run(double degrees, int steps, int count) {
                                      [&] { return colliders[way]->step(frame).value().total(); });
     }
   }
-  const double lines = testing::median(ms[kLines]);
-  const double screws = testing::median(ms[kScrews]);
+  return {{testing::median(ms[kLines]), testing::median(ms[kScrews])}, contacts};
+}
+
+void print(double degrees, int steps, int rods) {
+  const Cost cost = run(degrees, steps, rods);
+  const double small_steps = std::ceil(degrees / 10);
+  const double small =
+      small_steps == 1 ? cost.ms[kLines] : run(degrees / small_steps, steps, rods).ms[kLines];
+  std::printf("%8g %10llu %10llu %9.3f %9.3f %9.2f %9.2f\n", degrees,
+              static_cast<unsigned long long>(cost.contacts[kLines]),
+              static_cast<unsigned long long>(cost.contacts[kScrews]), cost.ms[kLines], cost.ms[kScrews],
+              cost.ms[kScrews] / cost.ms[kLines], cost.ms[kScrews] / (small_steps * small));
   std::fflush(stdout);
-  std::printf("%8g %10llu %10llu %9.3f %9.3f %9.2f\n", degrees,
-              static_cast<unsigned long long>(contacts[kLines]),
-              static_cast<unsigned long long>(contacts[kScrews]), lines, screws, screws / lines);
 }
 
 }  // namespace
@@ -114,10 +128,10 @@ int main(int argc, char** argv) {
   using namespace warmfront;
   const int steps = argc > 1 ? std::max(6, std::atoi(argv[1])) : 40;
   const int rods = argc > 2 ? std::max(1, std::atoi(argv[2])) : 200;
-  std::printf("%8s %10s %10s %9s %9s %9s\n", "degrees", "on lines", "on screws", "lines ms", "screws ms",
-              "ratio");
+  std::printf("%8s %10s %10s %9s %9s %9s %9s\n", "degrees", "on lines", "on screws", "lines ms", "screws ms",
+              "ratio", "to small");
   const double only = argc > 3 ? std::atof(argv[3]) : 0;
   for (const double degrees : {1.0, 5.0, 10.0, 30.0, 90.0, 170.0}) {
-    if (only == 0 || degrees == only) run(degrees, steps, rods);
+    if (only == 0 || degrees == only) print(degrees, steps, rods);
   }
 }
