@@ -21,6 +21,7 @@ __path__ = _instructions.folders(list(__path__))  # before the engine is importe
 
 from ._contact_hash import contacts_hash
 from ._continuity import Continuity, continuity
+from ._screw import screw_way
 from ._statistics import AllDeformable, StageTimes, Statistics, StepCounts
 from ._stencils import RowsByVertex, Stencil, Stencils, rows_by_vertex
 from .answer import Closest, Committed, Contact, Contacts, Intersections, Kind, MaxStep, Status, VertexDistances
@@ -48,7 +49,7 @@ __all__ = [
     "FailedPreconditionError", "FiltersInfo", "has_engine", "Internal", "InternalError", "Intersections", "InvalidArgument", "InvalidArgumentError",
     "Kind", "Limits", "MaxStep", "NotFound", "NotFoundError", "open_batch", "Options", "PairFilters", "Patience", "PermissionDenied",
     "PermissionDeniedError", "PrincipalUse", "ResourceExhausted", "ResourceExhaustedError", "RowsByVertex",
-    "rows_by_vertex", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status", "Stencil",
+    "rows_by_vertex", "screw_way", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status", "Stencil",
     "Stencils", "StepCounts",
     "Timeouts", "Unauthenticated", "UnauthenticatedError", "Unavailable", "UnavailableError",
     "Unimplemented", "UnimplementedError", "VertexDistances", "WarmfrontError",

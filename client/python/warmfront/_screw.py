@@ -10,10 +10,27 @@ import numpy as np
 import numpy.typing as npt
 
 from ._part_way import pose_part_way
+from .errors import InvalidArgumentError
+from .scene import pose_of
 
 Array = npt.NDArray[Any]
 Vector = tuple[float, float, float]
 _TERMS = 14
+
+
+def screw_way(start: Any, end: Any, fraction: float, dtype: Any = np.float64) -> npt.NDArray[np.float64]:
+    """Where a body with `screw=True` is on its way from one pose to another: the pose (3, 4) that `commit(fraction)` leaves it
+    at, to the bit, in float64.
+
+    start, end: [R t] (3, 4), length unit of the scene. fraction: in [0, 1]. dtype: the session's; in one of float32
+    poses are rounded to it. InvalidArgumentError for anything else. Source: engine/screw.h."""
+    if not 0 <= fraction <= 1:
+        raise InvalidArgumentError(f"fraction: {fraction} is not in [0, 1]")
+    given = np.dtype(dtype)
+    if given not in (np.dtype("f4"), np.dtype("f8")):
+        raise InvalidArgumentError(f"dtype: {given} is not the dtype of a session; float32 and float64 are")
+    first, last = (pose_of(pose, where).astype(given).astype(np.float64) for pose, where in ((start, "start"), (end, "end")))
+    return pose_along_screw(first, last, float(fraction), given)
 
 
 def pose_along_screw(start: Array, end: Array, fraction: float, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:

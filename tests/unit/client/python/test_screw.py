@@ -56,6 +56,26 @@ def test_part_of_a_screw_is_as_far_from_its_axis():
     assert pose_along_screw(start, end, 1, np.dtype("f8")).tobytes() == end.tobytes()
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_program_may_ask_where_part_of_a_screw_ends(client, dtype):
+    start, end = turned(0.1), turned(2 * np.pi / 3)
+    with session(client, dtype=dtype) as asked, session(client, dtype=dtype) as told:
+        for one in (asked, told):
+            one.place(poses={0: start})
+        asked.trial(poses={0: end})
+        asked.commit(0.4)
+        told.place(poses={0: warmfront.screw_way(start, end, 0.4, dtype)})
+        assert asked.positions.tobytes() == told.positions.tobytes()
+        onward = [one.step(poses={0: end}) for one in (asked, told)]
+        assert onward[0].toi.tobytes() == onward[1].toi.tobytes() and len(onward[0]) > 0
+    with pytest.raises(InvalidArgumentError, match="fraction: 2"):
+        warmfront.screw_way(start, end, 2)
+    with pytest.raises(InvalidArgumentError, match="end"):
+        warmfront.screw_way(start, np.eye(3), 0.5)
+    with pytest.raises(InvalidArgumentError, match="dtype: int32"):
+        warmfront.screw_way(start, end, 0.5, "i4")
+
+
 def test_it_goes_on_from_there_where_the_daemon_died(daemon):
     with warmfront.connect(daemon.address) as client, session(client) as asked, session(client) as undisturbed:
         for one in (asked, undisturbed):
