@@ -15,12 +15,6 @@
 namespace warmfront {
 namespace {
 
-// The last chunk, which is not among the first `but`, with room for more.
-NeighbourChunk& open_chunk(std::vector<NeighbourChunk>& chunks, std::size_t but) {
-  if (chunks.size() == but || chunks.back().pairs.size() >= NeighbourChunk::kPairs) chunks.emplace_back();
-  return chunks.back();
-}
-
 // Two leaves, whose pairs are the chunk's last.
 void add_leaves(NeighbourChunk& chunk, const TreeShape& shape, LeafId leaf, LeafId other) {
   chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
@@ -227,15 +221,34 @@ class ChangedLeaves {
   std::vector<ListOfLeaves> found_;
 };
 
-// Runs of leaves that go across, by leaf, behind the subtrees' own chunks.
-void put_across(std::vector<NeighbourChunk>& chunks, std::size_t subtrees, const TreeShape& shape,
-                std::span<const LeafRun> runs, StopSignal stop) {
-  PacedStop paced(stop, 16);
-  for (const LeafRun& run : runs) {
-    paced.check();
-    append(open_chunk(chunks, subtrees), shape, run);
+// Where the runs of each chunk end: it is full with the first that reaches NeighbourChunk::kPairs.
+std::vector<std::size_t> chunk_ends(std::span<const LeafRun> runs) {
+  std::vector<std::size_t> ends;
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    pairs += runs[i].pairs.size();
+    if (pairs < NeighbourChunk::kPairs && i + 1 < runs.size()) continue;
+    ends.push_back(i + 1);
+    pairs = 0;
   }
-  for (std::size_t c = subtrees; c < chunks.size(); ++c) shrink(chunks[c]);
+  return ends;
+}
+
+// Runs of leaves that go across, by leaf, behind the subtrees' own chunks.
+void put_across(std::vector<NeighbourChunk>& chunks, const TreeShape& shape, std::span<const LeafRun> runs,
+                StopSignal stop) {
+  const std::size_t subtrees = chunks.size();
+  const std::vector<std::size_t> ends = chunk_ends(runs);
+  chunks.resize(subtrees + ends.size());
+  for_each_index(
+      0, ends.size(), stop,
+      [&](std::size_t c) {
+        const std::size_t first = c == 0 ? 0 : ends[c - 1];
+        for (const LeafRun& run : runs.subspan(first, ends[c] - first))
+          append(chunks[subtrees + c], shape, run);
+        shrink(chunks[subtrees + c]);
+      },
+      1);
 }
 
 }  // namespace
@@ -256,8 +269,9 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
     chunks.push_back(std::move(own.within));
     for_runs(own.across, [&](const LeafRun& run) { across.push_back(run); });
   }
-  std::ranges::sort(across, {}, &LeafRun::leaf);
-  put_across(chunks, found.size(), tree.shape, across, stop);
+  // Each leaf has one.
+  sort_in_parallel(across, stop, [](const LeafRun& a, const LeafRun& b) { return a.leaf() < b.leaf(); });
+  put_across(chunks, tree.shape, across, stop);
   return chunks;
 }
 
@@ -289,7 +303,7 @@ std::vector<NeighbourChunk> follow_neighbours(const Bvh<Bounds>& tree, std::vect
   for (const NeighbourChunk& chunk : std::span(before).subspan(chunks.size()))
     for_runs(chunk, [&](const LeafRun& run) { were.push_back(run); });
   changed.replace(were, changed.all(), false, [&](const LeafRun& run) { are.push_back(run); });
-  put_across(chunks, of_subtrees.size(), shape, are, stop);
+  put_across(chunks, shape, are, stop);
   return chunks;
 }
 

@@ -140,7 +140,7 @@ void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, boo
   std::vector<std::size_t>& begin = impl_->orphans_begin;
   begin.assign(1, 0);
   for (const OrphanBlocks* part : parts) begin.push_back(begin.back() + part->count());
-  fork_range(std::size_t{0}, begin.back(), 2, [&](const auto& range) {
+  fork_range(std::size_t{0}, begin.back(), 1, [&](const auto& range) {
     PairTester& tester = impl_->local_sink().tester;
     auto part = static_cast<std::size_t>(std::ranges::upper_bound(begin, range.begin()) - begin.begin()) - 1;
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
