@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Properties of RapidCheck of which a case takes long: as RC_GTEST_PROP, but of 50 cases rather than 100,
-// unless RC_PARAMS says max_success.
+// unless RC_PARAMS says max_success, and another number than these 100.
 #pragma once
 
 #include <gtest/gtest.h>
