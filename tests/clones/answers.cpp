@@ -104,7 +104,7 @@ int main() {
     if (way.options.bounds == BoundsKind::kAuto) way.options.bounds = BoundsKind::kKDop18;
   for (const scenes::CatalogEntry& entry : scenes::catalog())
     for (const Way& way : ways) {
-      const scenes::SceneSpec spec{&entry, 2000, 12};
+      const scenes::SceneSpec spec{&entry, 1000, 12};
       const Scene scene = must(Scene::create(scenes::make_animation(spec)->scene()));
       const bool thick = scene.most_thickness() > 0;
       const bool turns = screw_count(scene.bodies()) > 0;

@@ -11,6 +11,7 @@
 
 #include "tests/support/brute_force.h"
 #include "tests/support/draws.h"
+#include "tests/support/fewer_cases.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
 
@@ -172,7 +173,7 @@ class DriftingSheets : public testing::Draws {
 };
 
 // Long enough for a lazy front to prune, several times, pairs beside those of stationary leaves.
-RC_GTEST_PROP(Collider, LongRunsOfWhatRestsAndMovesLoseNothing, ()) {
+WARMFRONT_PROPERTY_OF_FEWER_CASES(Collider, LongRunsOfWhatRestsAndMovesLoseNothing) {
   std::mt19937_64 random = draw_random();
   DriftingSheets sheets(random());
   ColliderOptions options = draw_options();

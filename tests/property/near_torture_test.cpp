@@ -77,14 +77,14 @@ TEST(NearTorture, AtExactlyTheSeparation) {
   for (const testing::NearFamily& family : testing::near_families()) {
     std::mt19937_64 random(2009);
     Tally tally;
-    for (int trial = 0; trial < cases(1500); ++trial) {
+    for (int trial = 0; trial < cases(750); ++trial) {
       const NearCase made = family.make(random, kind_of(trial));
       SCOPED_TRACE(std::string(family.name) + " " + std::to_string(trial) + " " + to_text(made));
       ASSERT_NO_FATAL_FAILURE(expect_truth(made, tally));
     }
     print(family.name, tally);
-    EXPECT_GT(tally.later, cases(1500) / 20);
-    EXPECT_GT(tally.none, cases(1500) / 20);
+    EXPECT_GT(tally.later, cases(750) / 20);
+    EXPECT_GT(tally.none, cases(750) / 20);
   }
 }
 
@@ -93,7 +93,7 @@ TEST(NearTorture, SeparationsOfEverySize) {
   for (const testing::TortureFamily& family : testing::torture_families()) {
     std::mt19937_64 random(2010);
     Tally tally;
-    for (int trial = 0; trial < cases(30); ++trial) {
+    for (int trial = 0; trial < cases(15); ++trial) {
       const testing::FeatureCase query = family.make(random, kind_of(trial));
       const NearCase made{query, testing::any_separation(random, query)};
       SCOPED_TRACE(std::string(family.name) + " " + std::to_string(trial) + " " + to_text(made));
@@ -102,7 +102,7 @@ TEST(NearTorture, SeparationsOfEverySize) {
     print(family.name, tally);
     later += tally.later;
   }
-  EXPECT_GT(later, cases(30) * 2);
+  EXPECT_GT(later, cases(15) * 2);
 }
 
 }  // namespace

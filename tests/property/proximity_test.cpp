@@ -15,6 +15,7 @@
 #include "engine/collider.h"
 #include "tests/property/proximity_verdict.h"
 #include "tests/support/brute_force.h"
+#include "tests/support/fewer_cases.h"
 #include "tests/support/near_oracle.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
@@ -84,7 +85,7 @@ std::vector<Contact> list(const Result<StepResult>& result) {
   return {result.value().contacts.begin(), result.value().contacts.end()};
 }
 
-RC_GTEST_PROP(Proximity, EqualsBruteForceAndDisturbsNothing, ()) {
+WARMFRONT_PROPERTY_OF_FEWER_CASES(Proximity, EqualsBruteForceAndDisturbsNothing) {
   std::mt19937_64 random = draw_random();
   const testing::RandomScene made = testing::random_scene(random);
   const ColliderOptions options = draw_options(random);

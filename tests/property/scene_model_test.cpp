@@ -15,6 +15,7 @@
 #include "engine/collider.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/draws.h"
+#include "tests/support/fewer_cases.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
 
@@ -256,7 +257,7 @@ void change_scene(World& world, std::span<Collider> colliders) {
   body = changed;
 }
 
-RC_GTEST_PROP(SceneModel, ContactsAreThoseOfTheAllDeformableModelLessWhatItExcludes, ()) {
+WARMFRONT_PROPERTY_OF_FEWER_CASES(SceneModel, ContactsAreThoseOfTheAllDeformableModelLessWhatItExcludes) {
   // First a world in which a turning pair's earliest contact was lost: a piece of its motion was looked at
   // only up to the time of that contact, which a shorter piece had found a little earlier than it.
   static bool first = true;

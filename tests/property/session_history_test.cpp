@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Histories of a collider: all operations, in any order, valid and invalid, cancelled, out of memory and over
 // limits. The model is the sequence of accepted operations; each answer is compared with brute force.
-// WARMFRONT_HISTORIES: number of histories (2,000); RC_PARAMS="seed=..." repeats a run, and a failure is
+// WARMFRONT_HISTORIES: number of histories (1,000); RC_PARAMS="seed=..." repeats a run, and a failure is
 // reported as the shortest failing history found.
 #include "tests/property/session_history.h"
 
@@ -46,7 +46,7 @@ void check_histories(const char* name, int threads, int histories) {
 
 int histories() {
   const char* text = std::getenv("WARMFRONT_HISTORIES");
-  return text == nullptr ? 2000 : std::atoi(text);
+  return text == nullptr ? 1000 : std::atoi(text);
 }
 
 TEST(SessionHistory, IsWhatItsAcceptedOperationsMakeOfIt) {

@@ -29,7 +29,7 @@ using testing::TortureFamily;
 
 int cases() {
   const char* given = std::getenv("WARMFRONT_TORTURE_CASES");
-  return 600 * std::max(1, given == nullptr ? 1 : std::atoi(given));
+  return 300 * std::max(1, given == nullptr ? 1 : std::atoi(given));
 }
 
 // One tier's verdict, and how long the slowest one of the family took.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sixteen sessions stream while the daemon is killed, drained and started again at random, through a proxy
 // that delays, cuts and resets connections. Every frame gets exactly one answer, in order, of the bits that
-// an engine in this process gives. For longer than its 20 seconds: WARMFRONT_CHAOS_SECONDS;
+// an engine in this process gives. For longer than its 10 seconds: WARMFRONT_CHAOS_SECONDS;
 // WARMFRONT_CHAOS_SEED for another run.
 #include <gtest/gtest.h>
 
@@ -103,7 +103,7 @@ void stream(const std::string& address, int number, const std::atomic<bool>& end
 }
 
 TEST(Chaos, NothingLostNothingDoubleNothingDifferent) {
-  const std::uint64_t seconds = number_from("WARMFRONT_CHAOS_SECONDS", 20),
+  const std::uint64_t seconds = number_from("WARMFRONT_CHAOS_SECONDS", 10),
                       seed = number_from("WARMFRONT_CHAOS_SEED", 1);
   constexpr int kSessions = 16;
   DaemonProcess daemon({"--drain-timeout", "5s", "--log-level", "warning", "--self-check-steps", "5"});

@@ -128,7 +128,7 @@ double live_bytes(int port) {
 }
 
 TEST(Soak, MemoryIsFlat) {
-  constexpr int kClients = 4, kSessionsEach = 50, kWarmUp = 2, kRounds = 6;
+  constexpr int kClients = 4, kSessionsEach = 25, kWarmUp = 2, kRounds = 6;
   // What a session loses is seen: the handshakes and caches of a round differ by less than this a session.
   constexpr double kAllowedBytes = 512;
   const char* text = std::getenv("WARMFRONT_SOAK_SECONDS");

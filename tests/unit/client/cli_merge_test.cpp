@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "tests/support/fewer_cases.h"
 #include "tests/unit/client/all_ranges.h"
 #include "tests/unit/client/cli_fixture.h"
 #include "tests/unit/client/command.h"
@@ -167,7 +168,7 @@ TEST(Cli, ARangeWithPosesIsRecorded) {
 }
 
 // However the frames are cut, and whichever ranges are missing.
-RC_GTEST_PROP(Merge, OfRandomRanges, ()) {
+WARMFRONT_PROPERTY_OF_FEWER_CASES(Merge, OfRandomRanges) {
   const AllRanges& ranges = all_ranges();
   std::string reports;
   std::vector<std::pair<int, int>> missing;

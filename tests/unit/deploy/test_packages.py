@@ -39,7 +39,7 @@ def everything(tmp_path_factory):
 
 
 def test_what_cmake_installs_without_the_service(engine_alone, tmp_path):
-    packages.consume(engine_alone, tmp_path / "consumer")
+    packages.consume(engine_alone, engine_alone.parent / "consumer")
     assert packages.found(engine_alone, tmp_path, "engine") == "found\n"
     assert "component client: this build of warmfront has no service" in packages.found(engine_alone, tmp_path, "client")
     assert "there is no component motor: there are engine and client" in packages.found(engine_alone, tmp_path, "motor")
@@ -223,6 +223,7 @@ include({port}/portfile.cmake)
 def test_vcpkg_port_builds_and_installs(tmp_path):
     installed = tmp_path / "installed"
     script = tmp_path / "script.cmake"
+    packages.know_compiler(tmp_path / "build")
     script.write_text(VCPKG.format(packages=installed, build=tmp_path / "build", port=PORT,
                                    library=BUILD / "engine" / "libwarmfront_engine.a"))
     packages.run("cmake", "-P", script)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Daemons for the snippets of a test module, and a folder that holds what their commands name."""
 import os
+import shutil
 import socket
 import ssl
 import subprocess
@@ -79,17 +80,21 @@ def write_obj(path, offset):
     path.write_text("".join("v {} {} {}\n".format(*v) for v in vertices) + "f 1 2 3\nf 4 5 6\n")
 
 
-@pytest.fixture
-def sandbox(tmp_path, credentials):
-    """A folder in which the pages' commands find what they name; scenes are small ones."""
-    def scene(folder):
-        subprocess.run([BIN / "warmfront", "scene", "cloth-ball", "--triangles", "1000", "--frames", "4", "--out", tmp_path / folder],
-                       check=True, stdout=subprocess.DEVNULL)
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A small scene, of which every page gets copies of its own."""
+    folder = tmp_path_factory.mktemp("scene") / "cloth-ball"
+    subprocess.run([BIN / "warmfront", "scene", "cloth-ball", "--triangles", "1000", "--frames", "4", "--out", folder], check=True,
+                   stdout=subprocess.DEVNULL)
+    return folder
 
+
+@pytest.fixture
+def sandbox(tmp_path, credentials, scene):
+    """A folder in which the pages' commands find what they name; scenes are small ones."""
     for name in ("folder", "frames/cloth-ball", "data/frames/cloth-ball", "data/frames/n-body", "data/sequences/cloth-ball",
                  "data/sequences/cloth-ball-10k"):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        scene(name)
+        shutil.copytree(scene, tmp_path / name)
     for k in range(3):
         write_obj(tmp_path / f"t{k}.obj", k)
     # A vertex that falls through a triangle: eight rows, of rational numbers.

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+import types
 
 import pytest
 from pages import ADDRESS, BIN, BLOCKS, PAGES, SOURCE
@@ -30,7 +31,7 @@ template <class... Values> void use(const Values&...) { ++used; }
 CMAKE = """
 cmake_minimum_required(VERSION 3.25)
 project(reader LANGUAGES CXX)
-set(CMAKE_BUILD_TYPE Debug)
+set(CMAKE_CXX_FLAGS -O0)
 find_package(warmfront REQUIRED)
 """
 
@@ -63,6 +64,20 @@ def use(*columns):
     print("used", *map(len, columns))
 """
 
+# Runs each of the programs that its arguments name, and prints how it ended.
+PYTHON_FORKS = """
+import os, pathlib, runpy, sys
+import numpy, warmfront
+for program in map(pathlib.Path, sys.argv[1:]):
+    child = os.fork()
+    if child == 0:
+        for number, name in ((1, "stdout"), (2, "stderr")):
+            os.dup2(os.open(program.with_name(name), os.O_WRONLY | os.O_CREAT), number)
+        runpy.run_path(str(program), run_name="__main__")
+        sys.exit()
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+"""
+
 
 def above(snippet):
     """Its includes and using directives, which stay above what is made of it."""
@@ -74,16 +89,34 @@ def function(name, snippet, after=""):
     return "\n".join([f"namespace {name} {{", PRELUDE, *inside, after, '  std::printf("used %d\\n", used);', "  return 0;", "}", "}\n"])
 
 
+def library(lines):
+    return "client" if any("client/lib/" in line for line in lines) else "engine"
+
+
+def chains(snippets):
+    """[[names]]: of one library, those with fewer includes first, so that each has what the one before it has, and maybe more."""
+    made = []
+    for name in sorted(snippets, key=lambda name: len(above(snippets[name][0]))):
+        lines = set(above(snippets[name][0]))
+        chain = next((chain for chain in made if lines.issuperset(last := above(snippets[chain[-1]][0]))
+                      and library(lines) == library(last)), None)
+        if chain is None:
+            made.append(chain := [])
+        chain.append(name)
+    return made
+
+
 def sources(snippets):
-    """[(names, text)]: whole programs. Those that include the same are one, as to read a header takes far longer than to compile
-    a snippet: it runs the one that its first argument names."""
-    groups = {}
-    for name, (snippet, after) in snippets.items():
-        groups.setdefault("\n".join(above(snippet)), {})[name] = function(name, snippet, after)
-    for lines, functions in groups.items():
-        calls = "".join(f'  if (!std::strcmp(argv[1], "{name}")) return {name}::run(argc > 2);\n' for name in functions)
-        yield list(functions), "".join([lines, USE, *functions.values(), "#include <cstring>\nint main(int argc, char** argv) {\n", calls,
-                                        "  return 1;\n}\n"])
+    """[(names, text)]: whole programs, of several snippets each, as to read a header takes far longer than to compile a snippet:
+    it runs the one that its first argument names. A snippet stands below what it includes itself, and below no other header."""
+    for names in chains(snippets):
+        text, lines = "", []
+        for name in names:
+            more = [line for line in above(snippets[name][0]) if line not in lines]
+            text += "\n".join([*more, "" if lines else USE, function(name, *snippets[name])])
+            lines += more
+        calls = "".join(f'  if (!std::strcmp(argv[1], "{name}")) return {name}::run(argc > 2);\n' for name in names)
+        yield names, "".join([text, "#include <cstring>\nint main(int argc, char** argv) {\n", calls, "  return 1;\n}\n"])
 
 
 def whole_programs():
@@ -107,8 +140,10 @@ def front_door():
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory, address):
-    """{name: command}: a project of a reader's own, of the snippets and nothing else, built with what `cmake --install` installs."""
+    """built(name, *arguments) runs it: a project of a reader's own, of the snippets and nothing else, built with what `cmake --install` installs.
+    Nothing that is compiled tells which folder it is in, so that a compiler cache may know it from the last time."""
     folder = tmp_path_factory.mktemp("reader")
+    environment = {**os.environ, "CCACHE_BASEDIR": str(folder)}
     subprocess.run(["cmake", "--install", os.environ["WARMFRONT_BUILD"], "--prefix", folder / "installed", "--component",
                     "development"], check=True, stdout=subprocess.DEVNULL)
     in_process, remote = front_door()
@@ -123,17 +158,16 @@ def built(tmp_path_factory, address):
     for names, text in sources(snippets):
         name = names[0]
         commands.update((each, [folder / "build" / name, each]) for each in names)
-        library = "client" if "client/lib/" in text else "engine"
-        (folder / f"{name}.cpp").write_text(text.replace(ADDRESS, address))
-        lists += f"add_executable({name} {name}.cpp)\ntarget_link_libraries({name} warmfront::{library})\n"
+        (folder / f"{name}.cpp").write_text(text.replace(ADDRESS, "unix:d.sock"))  # of the folder that it runs in
+        lists += f"add_executable({name} {name}.cpp)\ntarget_link_libraries({name} warmfront::{library(text.splitlines())})\n"
         if "client/ipc_toolkit/" in text:
             lists += f"target_include_directories({name} PRIVATE {SOURCE}/tests/unit/client/ipc_toolkit/stand_in)\n"
     (folder / "CMakeLists.txt").write_text(lists)
     for command in (["cmake", "-G", "Ninja", "-S", folder, "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={folder}/installed"],
                     ["cmake", "--build", folder / "build"]):
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
         assert done.returncode == 0, done.stdout
-    return commands
+    return lambda name, *more: run([*commands[name], *more], cwd=address.removeprefix("unix:").removesuffix("/d.sock"))
 
 
 def run(command, **options):
@@ -141,25 +175,25 @@ def run(command, **options):
 
 
 def test_the_engine_in_process(built):
-    done = run(built["in_process"])
+    done = built("in_process")
     # Three contacts in the first frame; in the second nothing moves, and the triangles no longer touch.
     assert (done.returncode, done.stdout) == (0, "used 3\n"), done.stderr
 
 
 def test_the_client(built):
-    done = run(built["remote"])
+    done = built("remote")
     assert (done.returncode, done.stdout) == (0, "used 2\n"), done.stderr
 
 
 def test_a_value_that_is_none_ends_with_the_error(built):
-    done = run([*built["in_process"], "of no vertices"])
+    done = built("in_process", "of no vertices")
     assert done.returncode != 0
     assert "BadResultAccess" in done.stderr and "faces[0][0]: vertex index 9 is not in [0, 6)" in done.stderr
 
 
 @pytest.mark.parametrize("name", whole_programs())
 def test_whole_programs(built, name):
-    done = run(built[name])
+    done = built(name)
     told = re.fullmatch(r"(.+\n)?used (\d+)\n", done.stdout)
     assert done.returncode == 0 and told, done.stdout + done.stderr
     said, used = told.groups()
@@ -191,15 +225,28 @@ def python_snippets():
             for k, (kind, text) in enumerate(BLOCKS[page]) if kind == "python"]
 
 
+@pytest.fixture(scope="module")
+def interpreted(address, tmp_path_factory):
+    """{text: outcome} of Python's snippets: processes of their own, of an interpreter that has loaded what takes long to load."""
+    programs = {}
+    for text in dict.fromkeys(param.values[0] for param in python_snippets()):
+        programs[text] = tmp_path_factory.mktemp("python") / "snippet.py"
+        programs[text].write_text(PYTHON_PRELUDE + text.replace(ADDRESS, address))
+    done = run([sys.executable, "-c", PYTHON_FORKS, *programs.values()])
+    codes = [int(line) for line in done.stdout.splitlines()]
+    assert done.returncode == 0 and len(codes) == len(programs), done.stderr
+    return {text: types.SimpleNamespace(returncode=code, stdout=program.with_name("stdout").read_text(),
+                                        stderr=program.with_name("stderr").read_text())
+            for (text, program), code in zip(programs.items(), codes)}
+
+
 @pytest.mark.parametrize("text", python_snippets())
-def test_python(address, tmp_path, text):
-    (tmp_path / "snippet.py").write_text(PYTHON_PRELUDE + text.replace(ADDRESS, address))
-    done = run([sys.executable, tmp_path / "snippet.py"])
+def test_python(interpreted, text):
+    done = interpreted[text]
     assert done.returncode == 0 and "used" in done.stdout, done.stderr
 
 
-def test_python_of_the_front_door(address, tmp_path):
+def test_python_of_the_front_door(interpreted):
     text, = (text for kind, text in BLOCKS[SOURCE / "README.md"] if kind == "python")
-    (tmp_path / "snippet.py").write_text(PYTHON_PRELUDE + text.replace(ADDRESS, address))
-    done = run([sys.executable, tmp_path / "snippet.py"])
+    done = interpreted[text]
     assert (done.returncode, done.stdout) == (0, "used 3 3 3\nused 0 0 0\n"), done.stderr

@@ -77,8 +77,18 @@ def daemon(start_daemon):
     return start_daemon()
 
 
+@pytest.fixture(scope="module")
+def shared_daemon(tmp_path_factory):
+    daemon = Daemon(tmp_path_factory.mktemp("shared"))
+    yield daemon
+    assert daemon.process.poll() is None
+    daemon.kill()
+
+
 @pytest.fixture
-def client(daemon):
+def client(request):
+    """Of the daemon that the test has for itself; where it asks for none, of one that it shares with its module's."""
+    daemon = request.getfixturevalue("daemon" if "daemon" in request.fixturenames else "shared_daemon")
     with warmfront.connect(daemon.address) as connected:
         yield connected
 

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from support import bits, triangle_through_triangle
+from support import bits, eventually, triangle_through_triangle
 from test_frames import turned
 
 import warmfront
@@ -67,7 +67,7 @@ def test_a_drain_that_is_shorter_than_a_step(start_daemon):
     with warmfront.connect(daemon.address) as client, \
             client.session(before, np.arange(3 * triangles).reshape(-1, 3), options=Options(report="count")) as session:
         session.submit(after)
-        time.sleep(0.1)  # it computes by then, as a rule
+        eventually(lambda: client.server_info().frames_in_flight == 1)
         daemon.send(signal.SIGTERM)
         assert daemon.process.wait(30) == 0
         daemon.start()
