@@ -99,6 +99,7 @@ void Session::Impl::take_answer(const v1::StepAnswer& part) {
   if (!part.last()) return;
   if (!part.has_shared()) wanted_room_ = std::max(wanted_room_, room_for(partial_));
   frame.answer_room.reset();
+  frame.moved_block.reset();
   const v1::StepSummary& summary = part.summary();
   if (known_ && !same_state(summary.state_before(), *known_)) {
     lost_ = RemoteError{

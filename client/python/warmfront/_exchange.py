@@ -177,7 +177,7 @@ class Exchange:
         if not part.last:
             return None
         link.wanted_room = max(link.wanted_room, sum(one.bulk for one in link.partial))
-        request.room = None
+        request.room = request.moved_block = None
         summary = part.summary
         if link.known is not None:
             if summary.state_before != link.known:

@@ -40,7 +40,7 @@ class SentFrame:
         self.whole = positions is not None
         self.room: Optional[Block] = None  # where its answer may be put
         self._block = block
-        self._moved_block: Optional[Block] = None  # a copy of what moved, until the answer
+        self.moved_block: Optional[Block] = None  # a copy of what moved, until the answer
         self.messages: list[bytes] = []  # v1.StreamStepsRequest, serialized
         self._chunk_bytes = chunk_bytes
         parts = [(_POSITIONS, positions)] if positions is not None else moved
@@ -93,18 +93,18 @@ class SentFrame:
         """Puts what moved there; a field of v1.StepFrame that says where, or none where it is to be in messages."""
         pieces = [(part, piece) for part in self._pieces for piece in self._pieces[part]]
         size = sum(len(piece) for _, piece in pieces)
-        self._moved_block = region.take(size) if size >= _WORTH_SHARING else None
-        if self._moved_block is None:
+        self.moved_block = region.take(size) if size >= _WORTH_SHARING else None
+        if self.moved_block is None:
             return []
         places: list[Bytes] = []
         at = 0
         for part in self._pieces:
             begin = at
             for piece in self._pieces[part]:
-                self._moved_block.data[at:at + len(piece)] = np.frombuffer(piece, np.uint8)
+                self.moved_block.data[at:at + len(piece)] = np.frombuffer(piece, np.uint8)
                 at += len(piece)
             if at > begin:
-                places += field(part, _place(self._moved_block.offset + begin, at - begin))
+                places += field(part, _place(self.moved_block.offset + begin, at - begin))
         return field(_SHARED_MOVED, *places)
 
     def asked(self, question: Question, chunk_bytes: int) -> SentFrame:
@@ -167,6 +167,7 @@ class SentCommit:
     is_trial = False
     needs_trial = True
     room: Optional[Block] = None  # its answer has no rows
+    moved_block: Optional[Block] = None
 
     def __init__(self, number: int, fraction: float) -> None:
         self.number = number
