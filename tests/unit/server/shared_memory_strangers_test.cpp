@@ -29,7 +29,7 @@ TEST_F(SharedMemoryTest, WhoScribblesHarmsNobodyElse) {
   });
   std::uint64_t next = 1;
   int refused = 0;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 80; ++i) {
     ASSERT_TRUE(packets.send(put(packets, next)));
     auto response = packets.receive();
     ASSERT_TRUE(response);
