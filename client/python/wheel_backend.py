@@ -154,12 +154,12 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None) 
 
 def _pack(stage: pathlib.Path, info: str, wheel: pathlib.Path) -> None:
     record = []
-    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
         def add(name, content, mode):
             entry = zipfile.ZipInfo(name, (2000, 1, 1, 0, 0, 0))  # the same bytes of the same files
             entry.external_attr = (stat.S_IFREG | mode) << 16
             entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, content)
+            archive.writestr(entry, content, compresslevel=9)  # the archive's own would not be asked
 
         for path in sorted(path for path in stage.rglob("*") if path.is_file()):
             name, content = path.relative_to(stage).as_posix(), path.read_bytes()

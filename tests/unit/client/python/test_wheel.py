@@ -29,7 +29,7 @@ with warmfront.open(V0, [[0, 1, 2], [3, 4, 5]], server=SERVER) as session:
 def unpacked(folder, monkeypatch, settings):
     """The wheel, installed where nothing else is; its list of files is right. It is packed as fast as can be, not as small."""
     write = zipfile.ZipFile.writestr
-    monkeypatch.setattr(zipfile.ZipFile, "writestr", lambda wheel, entry, content: write(wheel, entry, content, compresslevel=1))
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", lambda wheel, entry, content, **level: write(wheel, entry, content, compresslevel=1))
     monkeypatch.setattr(wheel_backend, "_built", lambda: pathlib.Path(os.environ["WARMFRONT_BUILD"]))
     name = wheel_backend.build_wheel(str(folder), settings)
     site = folder / "site"
