@@ -116,7 +116,8 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
   } else {
     for (std::uint32_t v = 0; v < count; ++v) {
       paced.check();
-      part.vertices[v] = box_of(core, part, {v, v, v}, piece);
+      part.vertices[v] =
+          around_points(std::array{position(core, part, v, piece), position(core, part, v, piece + 1)});
     }
   }
   around_primitives(part.vertices, part.corners, part.primitives.data());

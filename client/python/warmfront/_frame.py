@@ -91,16 +91,15 @@ class SentFrame:
 
     def _share_moved(self, region: SharedRegion) -> list[Bytes]:
         """Puts what moved there; a field of v1.StepFrame that says where, or none where it is to be in messages."""
-        pieces = [(part, piece) for part in self._pieces for piece in self._pieces[part]]
-        size = sum(len(piece) for _, piece in pieces)
+        size = sum(len(piece) for pieces in self._pieces.values() for piece in pieces)
         self.moved_block = region.take(size) if size >= _WORTH_SHARING else None
         if self.moved_block is None:
             return []
         places: list[Bytes] = []
         at = 0
-        for part in self._pieces:
+        for part, pieces in self._pieces.items():
             begin = at
-            for piece in self._pieces[part]:
+            for piece in pieces:
                 self.moved_block.data[at:at + len(piece)] = np.frombuffer(piece, np.uint8)
                 at += len(piece)
             if at > begin:

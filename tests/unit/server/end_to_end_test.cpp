@@ -284,12 +284,10 @@ TEST_F(EndToEndTest, TheClientSurvivesADrainThatIsShorterThanItsStep) {
                                    Doubles(apart), options, std::make_shared<Workers>(2))
                       .value();
   EXPECT_EQ(answer.value().vf, here.step(Doubles(scene.positions)).value().vf);
+  EXPECT_THAT(daemon.log(), HasSubstr("\"calls_given_up\":"));
   // On a busy machine the refusal may not be delivered in the tenth of a second that is left for it.
   ASSERT_TRUE(WIFEXITED(status));
-  if (WEXITSTATUS(status) == 0)
-    EXPECT_THAT(daemon.log(), HasSubstr("\"calls_given_up\":"));
-  else
-    EXPECT_EQ(WEXITSTATUS(status), 2);
+  EXPECT_TRUE(WEXITSTATUS(status) == 0 || WEXITSTATUS(status) == 2) << status;
 }
 
 TEST_F(EndToEndTest, ClosingSurvivesARestartOfTheDaemon) {

@@ -201,6 +201,10 @@ TEST_F(ServiceTest, DeletingASessionEndsItsStream) {
   v1::StreamStepsResponse response;
   EXPECT_FALSE(stream->Read(&response));
   EXPECT_EQ(stream->Finish().error_code(), StatusCode::NOT_FOUND);
+  // That is logged as the end of the session.
+  daemon_.stop();
+  EXPECT_THAT(daemon_.log(), HasSubstr("\"event\":\"session_closed\""));
+  EXPECT_THAT(daemon_.log(), HasSubstr("\"level\":\"debug\",\"event\":\"stream_ended\""));
 }
 
 TEST_F(ServiceTest, AVanishedClientLeavesTheSessionToTheNext) {
@@ -301,23 +305,6 @@ TEST_F(ServiceTest, OfADrainTheEndOfEveryStreamIsLoggedWithItsSessionAndItsCodes
   };
   EXPECT_THAT(daemon_.log(), HasSubstr(ended(kId, "true", "0,\"code_name\":\"OK\"")));
   EXPECT_THAT(daemon_.log(), HasSubstr(ended(kOther, "false", "14,\"code_name\":\"UNAVAILABLE\"")));
-}
-
-// What ends a stream with its session is logged as the end of the session.
-TEST_F(ServiceTest, AStreamWhoseSessionIsDeletedIsNoNewsOfItsOwn) {
-  ASSERT_TRUE(create().ok());
-  Context context, deleting;
-  const auto stream = open(context, 1);
-  v1::DeleteSessionRequest request;
-  request.set_session_id(kId);
-  v1::DeleteSessionResponse deleted;
-  EXPECT_TRUE(stub_->DeleteSession(&deleting, request, &deleted).ok());
-  v1::StreamStepsResponse response;
-  EXPECT_FALSE(stream->Read(&response));
-  EXPECT_EQ(stream->Finish().error_code(), StatusCode::NOT_FOUND);
-  daemon_.stop();
-  EXPECT_THAT(daemon_.log(), HasSubstr("\"event\":\"session_closed\""));
-  EXPECT_THAT(daemon_.log(), HasSubstr("\"level\":\"debug\",\"event\":\"stream_ended\""));
 }
 
 }  // namespace
