@@ -15,11 +15,31 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr ChordBox kNowhere{{kInfinity, kInfinity, kInfinity, 0}, {-kInfinity, -kInfinity, -kInfinity, 0}};
 
-Corner corner(const std::array<double, 3>& x) {
+template <std::size_t N>
+Corner corner(const std::array<double, N>& x) {
   return {x[0], x[1], x[2], 0};
 }
 
+ArcPath corners_of(const turning::Path& path) {
+  return {corner(path.start), corner(path.way), corner(path.bend), corner(path.turn)};
+}
+
 }  // namespace
+
+// In the order of the parts, so that the same scene has the same positions held.
+void TurningStage::share_room(const Core& core) {
+  std::size_t room = core.options.max_front_bytes / kPositionsShare;
+  for (std::size_t i = 0; i < part_count_; ++i) {
+    Part& part = parts_[i];
+    const std::size_t bytes =
+        core.motion.vertex_count(part.part) * (static_cast<std::size_t>(pieces_) + 1) * sizeof(Corner);
+    part.holds = core.arcs.of_part(part.part) != nullptr && bytes <= room;
+    if (part.holds)
+      room -= bytes;
+    else
+      part.at = {};
+  }
+}
 
 void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
   const std::uint32_t first = core.motion.first_vertex(part.part);
@@ -30,7 +50,7 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
   part.bounded = false;
   part.corners.clear();
   const auto times = static_cast<std::size_t>(pieces_) + 1;
-  part.at.resize(twist == nullptr ? 0 : count * times);
+  part.at.resize(part.holds ? count * times : 0);
   part.at_times.assign(times, kNowhere);
   double bend = 0;
   PacedStop paced(stop);
@@ -38,16 +58,18 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
     std::array<ArcTime, kMostPiecesOfStep> before_end;
     for (std::size_t k = 0; k + 1 < times; ++k)
       before_end[k] = {time_of(k), turning::shares_at(twist, time_of(k))};
+    std::array<Corner, kMostPiecesOfStep + 1> of_vertex;
+    const std::size_t stride = part.holds ? count : 1;
     for (std::uint32_t v = 0; v < count; ++v) {
       paced.check();
       const turning::Path path(vertices[first + v], twist, {});
       bend = std::max(bend, length_above(path.bend));
-      along_arc({corner(path.start), corner(path.way), corner(path.bend), corner(path.turn)},
-                {before_end.data(), times - 1}, &part.at[v], count);
-      const auto& end = vertices[first + v].t1;
-      part.at[(times - 1) * count + v] = {end[0], end[1], end[2], 0};
+      Corner* const at = part.holds ? &part.at[v] : of_vertex.data();
+      along_arc(corners_of(path), {before_end.data(), times - 1}, at, stride);
+      at[(times - 1) * stride] = corner(vertices[first + v].t1);
+      for (std::size_t k = 0; k < times && !part.holds; ++k) add(part.at_times[k], {at[k], at[k]});
     }
-    for (std::size_t k = 0; k < times; ++k)
+    for (std::size_t k = 0; k < times && part.holds; ++k)
       add(part.at_times[k], around_points(std::span<const Corner>(part.at).subspan(k * count, count)));
   } else {
     for (std::size_t k = 0; k < times; ++k) {
@@ -85,9 +107,16 @@ double TurningStage::room_between(const Core& core, const Part& a, const Part& b
 Corner TurningStage::position(const Core& core, const Part& part, std::uint32_t v, int time) const {
   if (!part.at.empty())
     return part.at[static_cast<std::size_t>(time) * core.motion.vertex_count(part.part) + v];
-  const auto& [t0, t1] = core.motion.vertices().vertices()[core.motion.first_vertex(part.part) + v];
-  if (time == pieces_) return {t1[0], t1[1], t1[2], 0};
+  const VertexMotion& vertex = core.motion.vertices().vertices()[core.motion.first_vertex(part.part) + v];
+  const auto& [t0, t1] = vertex;
+  if (time == pieces_) return corner(t1);
   const double s = time_of(static_cast<std::size_t>(time));
+  if (const Twist* twist = core.arcs.of_part(part.part)) {
+    const ArcTime when{s, turning::shares_at(twist, s)};
+    Corner at;
+    along_arc(corners_of(turning::Path(vertex, twist, {})), {&when, 1}, &at, 1);
+    return at;
+  }
   return {t0[0] + s * (t1[0] - t0[0]), t0[1] + s * (t1[1] - t0[1]), t0[2] + s * (t1[2] - t0[2]), 0};
 }
 

@@ -221,6 +221,7 @@ std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> t
   std::ranges::sort(named_);
   named_.erase(std::unique(named_.begin(), named_.end()), named_.end());
   for (const PartId part : named_) take(part);
+  share_room(core);
   for_each_index(
       0, part_count_, stop, [&](std::size_t i) { place(core, parts_[i], stop); }, 1);
   take_met(core, stop);

@@ -51,6 +51,9 @@ class TurningStage {
  private:
   using Box = ChordBox;
   static constexpr int kMostPiecesOfStep = 32;
+  /// The positions that are held take no more than this share of max_front_bytes: others are computed anew,
+  /// to the same bits, each time that they are asked for.
+  static constexpr std::size_t kPositionsShare = 4;
   /// Sums of larger coordinates may overflow: of these nothing is told.
   static constexpr double kMostReach = 0x1p1000;
   /// A part that is in a pair.
@@ -59,7 +62,8 @@ class TurningStage {
     bool rests = false;                     ///< its boxes are those of every piece
     bool bounded = false;                   ///< its boxes are those of some piece
     bool near = false;                      ///< it is near another one in the piece in hand
-    std::vector<Corner> at;                 ///< by time and vertex, of one that turns
+    bool holds = false;                     ///< its positions: there is room for them
+    std::vector<Corner> at;                 ///< these, by time and vertex, of one that turns
     std::vector<Box> at_times;              ///< by time: of all vertices
     Box ever;                               ///< around these
     std::vector<std::array<std::uint32_t, 3>> corners;  ///< of the primitives, among the part's vertices
@@ -80,6 +84,7 @@ class TurningStage {
   };
 
   void take_met(const Core& core, StopSignal stop);
+  void share_room(const Core& core);
   void place(const Core& core, Part& part, StopSignal stop) const;
   /// Of a vertex, by its number in the part.
   Corner position(const Core& core, const Part& part, std::uint32_t v, int time) const;

@@ -208,6 +208,7 @@ ColliderOptions draw_options(World& world) {
   options.min_separation = world.below(3) == 0 ? 0.02 : 0;
   options.lazy_front = world.below(2) == 0;
   options.separate_parts = world.below(3) != 0;
+  if (world.below(4) == 0) options.max_front_bytes = std::size_t{1} << world.below(18);
   return options;
 }
 
