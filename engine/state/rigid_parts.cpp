@@ -133,8 +133,11 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
                          const SceneMotion& motion, MotionState state, const ColliderOptions& options,
                          double separation, bool trial, StopSignal stop) {
   const bool from_start = motion.from() == From::kStart;
-  if ((state & kMoving) == 0) {  // it rests as it was
-    if (from_start) part.at_end = part.at_start;
+  if ((state & kMoving) == 0) {  // it rests where motions begin: where the last began, or where that ended
+    if (from_start)
+      part.at_end = part.at_start;
+    else
+      part.at_start = part.at_end;
     return;
   }
   part.rigid = false;

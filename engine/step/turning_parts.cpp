@@ -26,19 +26,25 @@ ArcPath corners_of(const turning::Path& path) {
 
 }  // namespace
 
-// In the order of the parts, so that the same scene has the same positions held.
+// In the order of the parts, so that the same scene has the same positions held. What steps before have left
+// is kept while all of it has room: a warm step allocates nothing.
 void TurningStage::share_room(const Core& core) {
-  std::size_t room = core.options.max_front_bytes / kPositionsShare;
-  for (std::size_t i = 0; i < part_count_; ++i) {
+  const std::size_t most = core.options.max_front_bytes / kPositionsShare / sizeof(Corner);
+  std::size_t given = 0;
+  std::size_t held = 0;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
     Part& part = parts_[i];
-    const std::size_t bytes =
-        core.motion.vertex_count(part.part) * (static_cast<std::size_t>(pieces_) + 1) * sizeof(Corner);
-    part.holds = core.arcs.of_part(part.part) != nullptr && bytes <= room;
-    if (part.holds)
-      room -= bytes;
-    else
-      part.at = {};
+    std::size_t count = 0;
+    if (i < part_count_) {
+      count = core.motion.vertex_count(part.part) * (static_cast<std::size_t>(pieces_) + 1);
+      part.holds = core.arcs.of_part(part.part) != nullptr && count <= most - given;
+      if (!part.holds) count = 0;
+    }
+    given += count;
+    held += std::max(count, part.at.capacity());
   }
+  if (held <= most) return;
+  for (Part& part : parts_) part.at = {};
 }
 
 void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Detected bodies, rigid motion and chosen bounds change no contact.
+// Detected bodies, rigid motion and chosen bounds change no contact, in steps, trials and what follows
+// commits.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -138,6 +139,9 @@ RC_GTEST_PROP(Found, ChangesNoContact, (std::uint64_t seed)) {
       const Result<StepResult> a = finding.trial(std::span<const double>(tried));
       const Result<StepResult> b = plain.trial(std::span<const double>(tried));
       RC_ASSERT(std::ranges::equal(a.value().contacts, b.value().contacts));
+      if (world.below(4) != 0) continue;
+      const double taken = world.below(9) / 8.0;
+      RC_ASSERT(finding.commit(taken).ok() && plain.commit(taken).ok());
     }
     const std::atomic<bool> stop = world.below(16) == 0;
     Result<StepResult> a = finding.step(std::span<const double>(world.x), &stop);

@@ -114,6 +114,25 @@ TEST(FoundRigid, AHalfTurnInOneStepIsNotTakenForRigid) {
   EXPECT_FALSE(result.contacts.empty());
 }
 
+// Questions in which it rests lie between: each begins where the turn ended, not where that began.
+TEST(FoundRigid, TwoHalfTurnsAreNotTakenForAWholeOne) {
+  WavySheets sheets(1, 8);
+  Collider collider = sheets.collider({});
+  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
+    sheets.turn(0, 0.1);
+    ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
+  }
+  for (int turn = 0; turn < 4; ++turn) {
+    sheets.turn(0, std::acos(-1.0));
+    const StepResult result = collider.step(Doubles(sheets.x)).value();
+    EXPECT_EQ(result.statistics.counts.parts_rigid, 0U) << turn;
+    EXPECT_FALSE(result.contacts.empty()) << turn;
+    const Result<StepResult> asked = collider.trial(Doubles(sheets.x));
+    ASSERT_TRUE(asked.ok());
+    ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
+  }
+}
+
 // A solver that goes half of each way only: no place that it comes to is one of a body that turned.
 TEST(FoundRigid, AlsoBetweenThePlacesOfABodyThatTurns) {
   WavySheets sheets(2, 8);
