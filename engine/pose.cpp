@@ -55,10 +55,11 @@ Status check_pose(const Pose& pose, const std::string& where, PoseCheck check) {
       for (int row = 0; row < 3; ++row) dot += column(a, row) * column(b, row);
       // Written so that an overflow to not a number fails, too.
       if (!(std::fabs(dot - (a == b ? 1 : 0)) <= kPoseTolerance))
-        return invalid_argument(where + ": is not rigid: columns " + std::to_string(a) + " and " +
-                                std::to_string(b) + " of its 3x3 part have the product " +
-                                std::to_string(dot) + " where " + (a == b ? "1" : "0") +
-                                " is expected; give a rotation, or make the body deformable");
+        return invalid_argument(
+            where + ": is not rigid: columns " + std::to_string(a) + " and " + std::to_string(b) +
+            " of its 3x3 part have the product " + std::to_string(dot) + " where " + (a == b ? "1" : "0") +
+            " is expected, give or take 1e-5; give a rotation, made orthonormal again where it is "
+            "a product of many, or make the body deformable");
     }
   }
   const double determinant = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +

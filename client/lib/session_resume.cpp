@@ -89,10 +89,12 @@ Status Session::Impl::establish(Full full) {
     const std::chrono::milliseconds wait =
         std::max(backoff, error->retry_after.value_or(std::chrono::milliseconds(0)));
     if (WallClock::now() + wait >= deadline)
-      return fail({ErrorCode::kUnavailable,
-                   "session " + id() + " could not be " + (full == Full::kFails ? "made" : "resumed") +
-                       " within the resume timeout of " + in_words(connection_->options().resume_timeout) +
-                       ": " + error->error.message});
+      return fail(
+          {ErrorCode::kUnavailable,
+           "session " + id() + " could not be " + (full == Full::kFails ? "made" : "resumed") +
+               " within the resume timeout of " + in_words(connection_->options().resume_timeout) + ": " +
+               error->error.message +
+               (full == Full::kFails ? "" : "; it has ended: create another one, of the same scene")});
     sleep(wait);
   }
 }

@@ -19,13 +19,14 @@ from . import _instructions
 
 __path__ = _instructions.folders(list(__path__))  # before the engine is imported
 
+from ._batch_contacts import BatchContacts
 from ._contact_hash import contacts_hash
 from ._continuity import Continuity, continuity
 from ._screw import screw_way
 from ._statistics import AllDeformable, StageTimes, Statistics, StepCounts
 from ._stencils import RowsByVertex, Stencil, Stencils, rows_by_vertex
 from .answer import Closest, Committed, Contact, Contacts, Intersections, Kind, MaxStep, Status, VertexDistances
-from .batch import Batch, BatchContacts
+from .batch import Batch
 from .client import Client, connect
 from .collider import Collider, has_engine, open as open, open_batch  # open: not by *, which would hide Python's own
 from .errors import (

@@ -16,6 +16,16 @@ from .scene import Body, PairFilters, edges_of, faces_of, filters_of, numbers_of
 Shared = Sequence[tuple[Body, Any, Any]]
 
 
+def _shared_of(given: Any, where: str) -> tuple[Body, Any, Any]:
+    try:
+        body, faces, positions = given
+    except (TypeError, ValueError):
+        body = None
+    if not isinstance(body, Body):
+        raise InvalidArgumentError(f"{where}: a {type(given).__name__}; give (Body, faces, positions), of a half-space (Body, None, None)")
+    return body, faces, positions
+
+
 class Copies:
     """The shared bodies first, then the copies, one after the other. Immutable."""
 
@@ -27,6 +37,7 @@ class Copies:
         if rows.ndim not in (2, 3) or rows.shape[-1] != 3 or (rows.ndim == 3 and len(rows) != self.count):
             raise InvalidArgumentError(f"positions: shape {rows.shape}; give (n, 3) for all copies, or ({self.count}, n, 3)")
         self.vertices = rows.shape[-2]
+        shared = [_shared_of(given, f"shared[{k}]") for k, given in enumerate(shared)]
         self.bodies = list(bodies) or [Body(self.vertices)]
         if any(body.world != 0 for body in self.bodies):
             raise InvalidArgumentError("bodies: world is each copy's own, 1 and up; leave it out")
@@ -59,9 +70,14 @@ class Copies:
         return self._copied(self._edges)
 
     def all_bodies(self) -> list[Body]:
-        """With a world for each copy."""
-        copies = [replace(body, first_vertex=None, world=world + 1) for world in range(self.count) for body in self.bodies]
+        """With a world for each copy, and its number in their names."""
+        copies = [replace(body, first_vertex=None, world=world + 1, name=f"{body.name or f'body {b}'} of copy {world}")
+                  for world in range(self.count) for b, body in enumerate(self.bodies)]
         return [*self.shared_bodies, *copies]
+
+    def worlds(self) -> list[int]:
+        """Of all bodies, by number."""
+        return [0] * self.first_body + [world + 1 for world in range(self.count) for _ in self.bodies]
 
     def excluded(self, pairs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
         """Pairs of one copy's bodies, of all."""

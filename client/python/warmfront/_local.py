@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import uuid
 from collections import deque
-from collections.abc import Callable, Sized
+from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from typing import Any, Optional
@@ -33,13 +33,14 @@ _UUID = re.compile(r"[0-9a-fA-F]{8}(-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}")
 _KEPT_QUESTIONS = 256
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Moved:
-    """What a frame gives: of bodies at poses, which no longer are, and which are."""
+    """What a frame gives: of bodies at poses, which no longer are, and which are, and where."""
 
     whole: bool
     bodies: tuple[int, ...] = ()
     posed: tuple[int, ...] = ()
+    matrices: Iterable[npt.NDArray[np.float64]] = ()  # (3, 4), of these
 
 
 _NOTHING = _Moved(False)
@@ -243,8 +244,9 @@ class Local:
         """What the engine is given."""
         if motion.parts is not None:
             given = dict(motion.parts)
-            named = [tuple(np.frombuffer(given.get(part, b""), "<u4").tolist()) for part in (_frame.BODIES, _frame.POSE_BODIES)]
-            return None, [(part, [data]) for part, data in motion.parts if len(data) > 0], _Moved(False, *named)
+            bodies, posed = (tuple(np.frombuffer(given.get(part, b""), "<u4").tolist()) for part in (_frame.BODIES, _frame.POSE_BODIES))
+            parts = [(part, [data]) for part, data in motion.parts if len(data) > 0]
+            return None, parts, _Moved(False, bodies, posed, self._matrices(given.get(_frame.POSES, b"")))
         try:
             array, parts = self.state.read(motion.positions, motion.bodies or {}, motion.poses or {}, motion.vertices,
                                            motion.vertex_positions)
@@ -255,7 +257,12 @@ class Local:
             return array, None, _ALL
         if not parts:
             return None, None, _NOTHING
-        return None, parts, _Moved(False, tuple(motion.bodies or ()), tuple(motion.poses or ()))
+        matrices = self._matrices(b"".join(b"".join(pieces) for part, pieces in parts if part == _frame.POSES))
+        return None, parts, _Moved(False, tuple(motion.bodies or ()), tuple(motion.poses or ()), matrices)
+
+    def _matrices(self, poses: Any) -> npt.NDArray[np.float64]:
+        """(k, 3, 4), of the bytes that travel."""
+        return np.frombuffer(poses, self.state.dtype).reshape(-1, 3, 4).astype(np.float64)
 
     def _kept(self, question: Question) -> _engine.Question:
         """The question as the engine takes it."""
@@ -269,14 +276,13 @@ class Local:
 
     def _answered(self, answer: _engine.Answer, question: Question, number: int, moved: _Moved) -> Answer:
         """The answer, after which the session is where it says."""
-        state = self.state
-        topology = state.topology()
+        state, topology = self.state, self.state.topology()
         if question.counts:
             self._frame = number
             self._steps += 1
             self._trial = None
             if state.poses:
-                state.take_parts(moved.whole, moved.bodies, moved.posed)
+                state.take_parts(moved.whole, moved.bodies, moved.posed, moved.matrices, 1)
         elif question.is_trial:
             self._trial = moved
         if question.by_vertex:
@@ -294,7 +300,7 @@ class Local:
         self._frame = number
         self._steps += 1
         if moved is not None and fraction > 0 and self.state.poses:
-            self.state.take_parts(moved.whole, moved.bodies, moved.posed)
+            self.state.take_parts(moved.whole, moved.bodies, moved.posed, moved.matrices, fraction)
         vf, ee, possible, earliest_toi, vh = answer.commit()
         return Committed(fraction, vf, ee, possible, earliest_toi, number, vh)
 

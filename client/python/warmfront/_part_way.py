@@ -18,6 +18,10 @@ def part_way(start: Array, end: Array, fraction: float, dtype: np.dtype[Any]) ->
         return end
     if fraction == 0:
         return start
+    return _between(start, end, fraction, dtype)
+
+
+def _between(start: Array, end: Array, fraction: Any, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
     with np.errstate(over="ignore", invalid="ignore"):
         difference = end - start
         at = start + fraction * difference
@@ -32,6 +36,14 @@ def vertices_part_way(start: Array, end: Array, fraction: float, dtype: np.dtype
     """The same of positions (k, 3), where a vertex that does not move stays where it is, bit for bit."""
     still = (bits(start) == bits(end)).all(axis=1)
     return np.where(still[:, None], end, part_way(start, end, fraction, dtype))
+
+
+def each_part_way(start: Array, end: Array, fractions: Array, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
+    """The same of positions (n, k, 3), with a fraction (n) for each row of them."""
+    of_row = fractions[:, None, None]
+    still = (bits(start) == bits(end)).all(axis=2, keepdims=True)
+    at = np.where(of_row == 0, start, _between(start, end, of_row, dtype))
+    return np.where(still | (of_row == 1), end, at)
 
 
 def pose_part_way(start: Array, end: Array, fraction: float, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:

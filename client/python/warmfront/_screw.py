@@ -16,21 +16,43 @@ from .scene import pose_of
 Array = npt.NDArray[Any]
 Vector = tuple[float, float, float]
 _TERMS = 14
+_TOLERANCE = 1e-5  # kPoseTolerance of engine/pose.h
 
 
 def screw_way(start: Any, end: Any, fraction: float, dtype: Any = np.float64) -> npt.NDArray[np.float64]:
     """Where a body with `screw=True` is on its way from one pose to another: the pose (3, 4) that `commit(fraction)` leaves it
     at, to the bit, in float64.
 
-    start, end: [R t] (3, 4), length unit of the scene. fraction: in [0, 1]. dtype: the session's; in one of float32
+    start, end: [R t] (3, 4), length unit of the scene, R a rotation: no entry of R^T R - I above 1e-5. fraction: in [0, 1]. dtype: the session's; in one of float32
     poses are rounded to it. InvalidArgumentError for anything else. Source: engine/screw.h."""
     if not 0 <= fraction <= 1:
         raise InvalidArgumentError(f"fraction: {fraction} is not in [0, 1]")
     given = np.dtype(dtype)
     if given not in (np.dtype("f4"), np.dtype("f8")):
         raise InvalidArgumentError(f"dtype: {given} is not the dtype of a session; float32 and float64 are")
-    first, last = (pose_of(pose, where).astype(given).astype(np.float64) for pose, where in ((start, "start"), (end, "end")))
+    first, last = (_rigid_pose(pose, where, given) for pose, where in ((start, "start"), (end, "end")))
     return pose_along_screw(first, last, float(fraction), given)
+
+
+def _rigid_pose(pose: Any, where: str, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
+    """Rounded to `dtype`. InvalidArgumentError for what is no rotation and a translation, as check_pose() of engine/pose.h has it."""
+    matrix = pose_of(pose, where).astype(dtype).astype(np.float64)
+    if not np.isfinite(matrix).all():
+        at = int(np.argmin(np.isfinite(matrix).reshape(-1)))
+        what = "not a number" if np.isnan(matrix.reshape(-1)[at]) else "infinite"
+        raise InvalidArgumentError(f"{where}[{at}]: is {what}; a pose is a finite 3x4 matrix")
+    rotation = matrix[:, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        products = rotation.T @ rotation
+        off = ~(np.abs(products - np.eye(3)) <= _TOLERANCE)
+        if off.any():
+            a, b = (int(k) for k in np.argwhere(off)[0])
+            raise InvalidArgumentError(f"{where}: is not rigid: columns {a} and {b} of its 3x3 part have the product {products[a, b]:f} "
+                                       f"where {int(a == b)} is expected, give or take {_TOLERANCE:g}; give a rotation, made orthonormal "
+                                       "again where it is a product of many")
+    if not np.linalg.det(rotation) > 0:
+        raise InvalidArgumentError(f"{where}: is not rigid: its 3x3 part mirrors; give a rotation")
+    return matrix
 
 
 def pose_along_screw(start: Array, end: Array, fraction: float, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:

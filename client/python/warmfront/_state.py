@@ -131,7 +131,8 @@ class SceneState:
     def _rows_of(self, index: int, positions: Any) -> npt.NDArray[Any]:
         where = f"bodies[{index}]"
         body = self.body(index, where)
-        if body.half_space is not None:  # the engine refuses it by its name, whatever is given
+        if body.half_space is not None or (body.kind == "removed" and body.vertex_count == 0):
+            # The engine refuses it by its name, whatever is given.
             return np.empty((0, 3), self.dtype)
         return positions_of(positions, body.vertex_count, self.dtype, where)
 
@@ -200,22 +201,26 @@ class SceneState:
             self.body_rows(b)[:] = vertices_part_way(self.placed_body(b), end.astype(np.float64), fraction, self.dtype)
             self.poses[b] = None
         for b, matrix in self._poses_in(frame):
-            start = self.poses[b]
-            way = pose_along_screw if self.bodies[b].screw else pose_part_way
-            self.poses[b] = way(np.eye(3, 4) if start is None else start, matrix, fraction, self.dtype)
+            self._move_pose(b, matrix, fraction)
         vertices, end = self._vertices_in(frame)
         if len(vertices) > 0:
             rows = self.writable()
             rows[vertices] = vertices_part_way(rows[vertices].astype(np.float64), end.astype(np.float64), fraction, self.dtype)
 
-    def take_parts(self, whole: bool, bodies: Sequence[int], posed: Sequence[int]) -> None:
-        """For who keeps the positions elsewhere: which bodies are at a pose, after a frame that gave these."""
+    def take_parts(self, whole: bool, bodies: Sequence[int], posed: Sequence[int],
+                   matrices: Iterable[npt.NDArray[np.float64]], fraction: float) -> None:
+        """For who keeps the positions elsewhere: at which poses bodies are, after that part of a frame that gave these."""
         if whole:
             self._forget_poses()
         for b in bodies:
             self.poses[b] = None
-        for b in posed:
-            self.poses[b] = np.eye(3, 4)
+        for b, matrix in zip(posed, matrices):
+            self._move_pose(b, matrix, fraction)
+
+    def _move_pose(self, index: int, matrix: npt.NDArray[np.float64], fraction: float) -> None:
+        start = self.poses[index]
+        way = pose_along_screw if self.bodies[index].screw else pose_part_way
+        self.poses[index] = matrix if fraction == 1 else way(np.eye(3, 4) if start is None else start, matrix, fraction, self.dtype)
 
     def rows(self) -> npt.NDArray[Any]:
         """(n, 3) of the session's dtype, as they are kept: of rigid bodies with a pose, their reference shapes."""

@@ -2,7 +2,7 @@
 """Many copies of one scene that know nothing of each other, as one session: the environments of a learner."""
 from __future__ import annotations
 
-from functools import cached_property
+import operator
 from types import TracebackType
 from typing import Any, Optional
 
@@ -11,104 +11,25 @@ import numpy.typing as npt
 
 from . import _frame
 from ._backend import Motion
+from ._batch_contacts import BatchContacts
 from ._copies import Copies
 from ._frame import Part
+from ._part_way import each_part_way
 from ._question import question_of
+from ._screw import pose_along_screw
 from ._state import raw
-from ._stencils import RowsByVertex
 from ._uncopied import Uncopied
-from .answer import Committed, Contacts, Kind, MaxStep
+from .answer import Committed, Contacts, MaxStep
 from .errors import FailedPreconditionError, InvalidArgumentError
 from .scene import indices_of, numbers_of, positions_of
 from .session import AnySession
 
-
-class BatchContacts:
-    """An answer of a batch: `contacts`, and which copy each row is of. Computed on first use.
-
-    contacts: `Contacts` of the whole session. world (k) int64: the copy, 0 to n - 1; -1 where both are shared. v (k, 4)
-    int64: the copy's own vertices, 0 to vertices - 1; of a shared body -1 - its vertex among all that are shared. Of a vertex
-    and a half-space v[:, 3] is the copy's own body, or -1 - a shared one.
-    counts (n) int64: rows of each copy. tois (n) float64: the least toi of each, infinity without a contact. Both are None of
-    report "count", which lists nothing to tell copies by. `rows(world)` are the rows of one copy.
-    """
-
-    def __init__(self, contacts: Contacts, copies: Copies) -> None:
-        """Internal: created by `Batch`."""
-        self.contacts = contacts
-        self._copies = copies
-
-    def __len__(self) -> int:
-        return len(self.contacts)
-
-    def __bool__(self) -> bool:
-        return bool(self.contacts)
-
-    @cached_property
-    def _from_first(self) -> npt.NDArray[np.int64]:
-        return self.contacts.v.astype(np.int64) - self._copies.first_vertex
-
-    @cached_property
-    def world(self) -> npt.NDArray[np.int64]:
-        """(k): see `BatchContacts`."""
-        first, second = self._from_first[:, 0], self._from_first[:, 2]
-        worlds: npt.NDArray[np.int64] = np.maximum(first, second) // self._copies.vertices
-        half_spaces, bodies = self._half_spaces
-        worlds[half_spaces] = np.maximum(worlds[half_spaces], bodies // len(self._copies.bodies))
-        return np.maximum(worlds, -1)
-
-    @cached_property
-    def _half_spaces(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Rows with one, and its body, counted from the first that is a copy's."""
-        rows = np.flatnonzero(self.contacts.kind == Kind.VERTEX_HALF_SPACE)
-        return rows, self.contacts.v[rows, 3].astype(np.int64) - self._copies.first_body
-
-    @cached_property
-    def v(self) -> npt.NDArray[np.int64]:
-        """(k, 4): see `BatchContacts`."""
-        rows = self._from_first
-        shared = -1 - (rows + self._copies.first_vertex)
-        result: npt.NDArray[np.int64] = np.where(rows < 0, shared, rows % self._copies.vertices)
-        half_spaces, bodies = self._half_spaces
-        result[half_spaces, 3] = np.where(bodies < 0, -1 - (bodies + self._copies.first_body), bodies % len(self._copies.bodies))
-        return result
-
-    @property
-    def _only_counted(self) -> bool:
-        return len(self.contacts) == 0 and bool(self.contacts)
-
-    @cached_property
-    def counts(self) -> Optional[npt.NDArray[np.int64]]:
-        """(n): see `BatchContacts`."""
-        return None if self._only_counted else self._rows_of_each
-
-    @cached_property
-    def _rows_of_each(self) -> npt.NDArray[np.int64]:
-        return np.bincount(self.world[self.world >= 0], minlength=self._copies.count)
-
-    @cached_property
-    def tois(self) -> Optional[npt.NDArray[np.float64]]:
-        """(n): see `BatchContacts`."""
-        if self._only_counted:
-            return None
-        tois = np.full(self._copies.count, np.inf)
-        within = self.world >= 0
-        np.minimum.at(tois, self.world[within], self.contacts.toi[within])
-        return tois
-
-    @cached_property
-    def _by_world(self) -> RowsByVertex:
-        order = np.argsort(self.world, kind="stable")
-        order = order[np.count_nonzero(self.world < 0):]
-        begin = np.concatenate([[0], np.cumsum(self._rows_of_each)])
-        return RowsByVertex(begin, order)
-
-    def rows(self, world: int) -> npt.NDArray[np.int64]:
-        """Of one copy, ascending."""
-        if not 0 <= world < self._copies.count:
-            raise InvalidArgumentError(f"world: {world!r} is not in [0, {self._copies.count})")
-        grouped = self._by_world
-        return grouped.rows[grouped.begin[world]:grouped.begin[world + 1]]
+_OF_STEPS = {"tier", "tolerance", "min_separation", "report", "fields", "max_contacts"}
+# Of one question, by its kind: those of the session's function of that name.
+_OPTIONS: dict[str, set[str]] = {
+    "step": _OF_STEPS, "trial": _OF_STEPS, "place": set(),
+    "max_step": {"tier", "tolerance", "min_separation", "max_contacts", "leave_out_overlaps", "keep_distance"},
+}
 
 
 class Batch(Uncopied):
@@ -117,10 +38,12 @@ class Batch(Uncopied):
     Positions are (n, vertices, 3), as the template numbers its vertices; with worlds=[...], (k), of these copies alone, and
     all others stay. Rigid bodies may be given by poses= (n, rigid bodies, 3, 4) instead, of their rest shapes, which are the
     positions last given of them; positions= then are of the deformable bodies' vertices alone. What does not move may be left
-    out of neither: rows of static bodies have to be as they are. A commit takes one fraction for all copies.
+    out of neither: rows of static bodies have to be as they are. A commit takes one fraction for all copies; `part_way()` says
+    where each is at a fraction of its own. Copies count from 0 here.
     `session` is the session beneath, for everything else: shared bodies that move, filters, futures, descriptions of bodies
-    (body b of copy i has the number shared + i * bodies + b there). It and the batch may be used in turn, as long as no
-    vertices are added or replaced there: FailedPreconditionError then. copy and pickle raise TypeError.
+    (body b of copy i has the number shared + i * bodies + b there, and `world` i + 1, which it has to keep: change
+    `dataclasses.replace(session.bodies[number], ...)`). It and the batch may be used in turn, as long as no vertices are
+    added or replaced there, and no body leaves its world: FailedPreconditionError then. copy and pickle raise TypeError.
     """
 
     _instead = "make another one, of the same template and this one's `positions`"
@@ -130,11 +53,21 @@ class Batch(Uncopied):
         self.session = session
         self._copies = copies
         self._layout = session.layout()
+        self._bodies = session.bodies  # as they were when this was checked last
 
     def _check_layout(self) -> None:
+        bodies = self.session.bodies
+        if self.session.layout() is self._layout and all(map(operator.is_, bodies, self._bodies)):
+            return
         if self.session.layout() is not self._layout:
             raise FailedPreconditionError("batch: vertices of the session beneath were added or replaced, and copies are not "
                                           "where they were; go on with the session, or make another batch")
+        for number, (body, world) in enumerate(zip(bodies, self._copies.worlds())):
+            if body.world != world and body.kind != "removed":
+                raise FailedPreconditionError(
+                    f"batch: body {number} of the session beneath is of world {body.world} now, and not of its own, {world}, so that "
+                    f"copies meet; change it to dataclasses.replace(session.bodies[{number}], world={world})")
+        self._bodies = bodies
 
     @property
     def count(self) -> int:
@@ -160,7 +93,8 @@ class Batch(Uncopied):
     def max_step(self, positions: Any = None, *, poses: Any = None, worlds: Any = None, timeout: Optional[float] = None,
                  **options: Any) -> npt.NDArray[np.float64]:
         """(n): how far each copy may go, `Session.max_step()` of it alone: as far as nothing of it touches. What two shared
-        bodies do to each other is no copy's. A trial, of which `session.commit()` takes a part for all copies."""
+        bodies do to each other is no copy's, and a copy that stands still may go all the way, 1. A trial, of which `commit()`
+        takes a part for all copies."""
         answer = self._ask("max_step", positions, poses, worlds, timeout, options)
         assert isinstance(answer, MaxStep)
         fractions = np.ones(self.count)
@@ -174,7 +108,43 @@ class Batch(Uncopied):
 
     def commit(self, fraction: float = 1.0) -> Committed:
         """`Session.commit()`, of all copies."""
+        if np.ndim(fraction) > 0:
+            raise InvalidArgumentError("fraction: a commit takes one for all copies; part_way() tells where each is at its own, for "
+                                       "step() or place()")
         return self.session.commit(fraction)
+
+    def part_way(self, fractions: Any, positions: Any = None, *,
+                 poses: Any = None) -> tuple[Optional[npt.NDArray[Any]], Optional[npt.NDArray[np.float64]]]:
+        """Where each copy is at its own of `fractions`, (n) in [0, 1], of the way to these positions and poses: what `step()`,
+        `trial()` and `place()` take as positions and poses=. As `commit()` would leave it at that fraction; a rigid body without
+        screw, which a commit would leave shrunk where it turns, is put on the screw all the same: `step()` tells what it meets.
+
+            limits = batch.max_step(X, poses=P)
+            X, P = batch.part_way(0.9 * limits, X, poses=P)
+            contacts = batch.step(X, poses=P)
+        """
+        self._check_layout()
+        share = numbers_of(fractions, np.dtype("<f8"), "fractions")
+        if share.shape != (self.count,):
+            raise InvalidArgumentError(f"fractions: shape {share.shape}; give ({self.count},), one for each copy")
+        outside = ~((share >= 0) & (share <= 1))
+        if outside.any():
+            raise InvalidArgumentError(f"fractions[{int(np.argmax(outside))}]: {share[outside][0]} is not in [0, 1]")
+        dtype = self.session.positions_dtype
+        at = placed = None
+        if positions is not None:
+            start = self.positions if poses is None else self.positions[:, self._copies.is_deformable]
+            rows = self._rows(positions, self.count, start.shape[1], dtype).reshape(start.shape)
+            at = each_part_way(start.astype(np.float64), rows.astype(np.float64), share, dtype).astype(dtype)
+        if poses is not None:
+            placed = self._matrices(poses, self.count)
+            before = self.session.poses
+            numbers = self._copies.bodies_in(np.arange(self.count), ("rigid",)).reshape(self.count, -1)
+            for copy, rigid in enumerate(numbers.tolist()):
+                for k, number in enumerate(rigid):
+                    end = placed[copy, k].astype(dtype).astype(np.float64)
+                    placed[copy, k] = pose_along_screw(before.get(number, np.eye(3, 4)), end, float(share[copy]), dtype)
+        return at, placed
 
     def proximity(self, distance: float, **arguments: Any) -> BatchContacts:
         """`Session.proximity()`."""
@@ -186,6 +156,16 @@ class Batch(Uncopied):
         self._check_layout()
         distances = self.session.vertex_distances(distance, **arguments).distances
         return distances[self._copies.first_vertex:].reshape(self.count, self._copies.vertices)
+
+    def intersections(self, **arguments: Any) -> npt.NDArray[np.int64]:
+        """(n): of how many edges with faces each copy is tangled, in itself or with what is shared; `Session.intersections()`. What two
+        shared bodies do to each other is no copy's."""
+        self._check_layout()
+        if arguments.get("report", "all") not in ("all", None):
+            raise InvalidArgumentError("report: which copies are tangled is told by \"all\" alone; leave it out, or ask the session")
+        found = self.session.intersections(**arguments)
+        own = np.concatenate([found.edges[:, :1], found.faces[:, :1]], axis=1).astype(np.int64).max(axis=1) - self._copies.first_vertex
+        return np.bincount(own[own >= 0] // self._copies.vertices, minlength=self.count)
 
     def close(self) -> None:
         """`Session.close()`."""
@@ -203,6 +183,9 @@ class Batch(Uncopied):
         return BatchContacts(answer, self._copies)
 
     def _ask(self, kind: Any, positions: Any, poses: Any, worlds: Any, timeout: Optional[float], options: Any) -> Any:
+        unknown = set(options) - _OPTIONS[kind]
+        if unknown:
+            raise TypeError(f"{kind}() got an unexpected keyword argument {min(unknown)!r}")
         question = question_of(kind, **options)
         return self.session._ask(self._motion(positions, poses, worlds), question, timeout)
 
@@ -225,14 +208,18 @@ class Batch(Uncopied):
             kinds = ("deformable",) if poses is not None else ("deformable", "rigid")
             parts += [(_frame.BODIES, copies.bodies_in(chosen, kinds, meshes=True).tobytes()), (_frame.BODY_POSITIONS, raw(rows))]
         if poses is not None:
-            rigid = sum(body.kind == "rigid" for body in copies.bodies)
-            matrices = numbers_of(poses, None, "poses")
-            if matrices.shape != (len(chosen), rigid, 3, 4):
-                raise InvalidArgumentError(f"poses: shape {matrices.shape}; give ({len(chosen)}, {rigid}, 3, 4), [R t] of each copy's "
-                                           "rigid bodies")
+            matrices = self._matrices(poses, len(chosen))
             parts += [(_frame.POSE_BODIES, copies.bodies_in(chosen, ("rigid",)).tobytes()),
                       (_frame.POSES, np.ascontiguousarray(matrices, dtype).tobytes())]
         return Motion(parts=parts)
+
+    def _matrices(self, poses: Any, count: int) -> npt.NDArray[np.float64]:
+        """(count, rigid bodies, 3, 4), a copy."""
+        rigid = sum(body.kind == "rigid" for body in self._copies.bodies)
+        matrices = numbers_of(poses, None, "poses")
+        if matrices.shape != (count, rigid, 3, 4):
+            raise InvalidArgumentError(f"poses: shape {matrices.shape}; give ({count}, {rigid}, 3, 4), [R t] of each copy's rigid bodies")
+        return matrices.astype(np.float64)
 
     def _worlds(self, worlds: Any) -> npt.NDArray[np.int64]:
         chosen = indices_of(worlds, "worlds").astype(np.int64)

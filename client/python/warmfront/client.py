@@ -43,8 +43,8 @@ def connect(address: Optional[str] = None, *, security: Security = Security(), t
     traceparent: the caller's span, as W3C Trace Context says it: spans of frames, where the daemon exports traces, are below it,
     if its flag says that it is sampled. Sent with every call.
 
-    UnavailableError, with the system's reason, when no daemon answers within `timeouts.call`, which is also what a failed
-    TLS handshake looks like, and when none can be started; UnauthenticatedError for a token that it does not know;
+    UnavailableError, with the system's reason (to learn it takes up to two seconds more), when no daemon answers within
+    `timeouts.call`, which is also what a failed TLS handshake looks like, and when none can be started; UnauthenticatedError for a token that it does not know;
     InvalidArgumentError for files that cannot be read, for a token that would travel in the clear, and for a traceparent that
     is none.
     """

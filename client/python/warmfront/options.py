@@ -125,7 +125,7 @@ class Timeouts:
     """How long to wait for what, in seconds, all positive, and how often to try.
 
     call: connecting, and small calls. create: uploading and building a scene. answer: one frame; then the session is
-    resumed. resume: finding a daemon again after losing it.
+    resumed. resume: finding a daemon again after losing it; then the session has ended, also where a daemon comes back later.
     resumes_without_answer: a session fails after this many consecutive resumes without an answer, so that a frame that
     crashes every daemon is not sent forever.
     """

@@ -2,8 +2,8 @@
 """A caller's description of a scene. Plain values and checks of arrays."""
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, Optional
 
 import numpy as np
@@ -172,8 +172,11 @@ def filters_of(filters: Any) -> PairFilters:
         return PairFilters()
     try:
         return PairFilters(**filters)
-    except TypeError as error:
-        raise InvalidArgumentError(f"filters: {error}; give PairFilters, or a dict of its fields") from None
+    except TypeError:
+        names = [field.name for field in fields(PairFilters)]
+        unknown = [name for name in filters if name not in names] if isinstance(filters, Mapping) else []
+        what = f"there is no {unknown[0]!r}" if unknown else f"a {type(filters).__name__}"
+        raise InvalidArgumentError(f"filters: {what}; give PairFilters, or a dict of its fields: {', '.join(names)}") from None
 
 
 def placed(bodies: Sequence[Body], first_vertex: int = 0) -> list[Body]:

@@ -20,6 +20,7 @@ from ._changes import Changes
 from ._uncopied import Uncopied
 from .errors import FailedPreconditionError, WarmfrontError
 from .info import SessionInfo
+from .scene import Body
 
 if TYPE_CHECKING:  # who computes in this process needs no gRPC
     from ._exchange import Exchange
@@ -40,7 +41,7 @@ class AnySession(Uncopied, BackgroundQuestions, Changes):
     `trial_async()` and its like are for asyncio. Steps, commits and changes are carried out once; a trial changes nothing and
     may be asked again.
 
-    Once it is closed, its questions, changes, `positions`, `edges` and `info()` raise FailedPreconditionError. copy and pickle
+    Once it is closed, its questions, changes, `positions`, `bodies`, `poses`, `edges` and `info()` raise FailedPreconditionError. copy and pickle
     raise TypeError.
     """
 
@@ -68,6 +69,22 @@ class AnySession(Uncopied, BackgroundQuestions, Changes):
         placed by it, and rounded to the dtype. A copy. FailedPreconditionError once the session is closed."""
         with self._turn:
             return self._open().positions()
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """By number: the bodies as they were declared, added and changed since; empty where none were declared. To change one thing
+        of a body's description: `change_body(b, dataclasses.replace(session.bodies[b], thickness=0.01))`.
+        FailedPreconditionError once the session is closed."""
+        with self._turn:
+            return tuple(self._open().state.bodies)
+
+    @property
+    def poses(self) -> dict[int, npt.NDArray[np.float64]]:
+        """{body: (3, 4) float64 [R t]}: where the rigid bodies and half-spaces that moved by poses are after the last step, place or
+        commit, to the bit, of the rest shapes that their poses are of. Copies. Bodies that are not in it are at the identity: where
+        the positions last given of them say. FailedPreconditionError once the session is closed."""
+        with self._turn:
+            return {b: pose.copy() for b, pose in enumerate(self._open().state.poses) if pose is not None}
 
     def layout(self) -> object:
         """Another object once bodies were added or replaced, so that vertices, faces or bodies have other numbers."""
@@ -132,7 +149,7 @@ class Session(AnySession):
     its state, which the daemon reports, is this session's; another one, and that of a daemon too old to report it, is
     deleted and created again. Where the daemon is full of other sessions meanwhile, the client waits for room, at most
     `Timeouts.resume`. An `UnavailableError`, `AbortedError` or `InternalError` ends the session: every further call raises it
-    again.
+    again, but for `positions`, `bodies`, `poses`, `edges` and `options`, of which another one is made.
     """
 
     _backend: Remote

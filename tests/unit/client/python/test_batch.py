@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Worlds, and batches of copies: what each meets alone, in one session, also when the daemon dies."""
+import dataclasses
+
 import numpy as np
 import pytest
 from fake_daemon import FakeDaemon
@@ -130,6 +132,58 @@ def test_rigid_bodies_of_a_batch_go_by_poses(anywhere):
             batch.step(poses=np.stack([down] * 3))
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("screw", [False, True])
+def test_each_copy_goes_as_far_as_it_may(anywhere, screw, dtype):
+    """As copies that are alone, each of which commits its own part of its way."""
+    turned = np.array([[0, -1, 0, 0.5], [1, 0, 0, 0], [0, 0, 1, -2]], float)
+    start, ends = BEFORE.astype(dtype), at_fractions([1, 0.25, 0.75, 4, 0]).astype(dtype)[:, :3]
+    poses = np.stack([turned, turned, np.eye(3, 4), turned, turned])[:, None]
+    bodies = [Body(3), Body(3, "rigid", screw=screw)]
+    with anywhere.batch(5, start, FACES, bodies=bodies, shared=[GROUND]) as batch:
+        limits = batch.max_step(ends, poses=poses)
+        fractions = np.where(limits < 1, 0.9 * limits, [1, 0, 1, 1, 1])
+        at, placed = batch.part_way(fractions, ends, poses=poses)
+        assert not batch.step(at, poses=placed) or not screw
+        for copy in range(5):
+            rigid = warmfront.screw_way(np.eye(3, 4), poses[copy, 0], fractions[copy], dtype)
+            assert batch.session.poses[1 + 2 * copy + 1].tobytes() == rigid.tobytes()
+            with anywhere.session(start, FACES, bodies=bodies) as alone:
+                alone.trial(bodies={0: ends[copy]}, poses={1: poses[copy, 0]})
+                alone.commit(fractions[copy])
+                assert batch.positions[copy, :3].tobytes() == alone.positions[:3].tobytes()
+                assert not screw or batch.positions[copy].tobytes() == alone.positions.tobytes()
+        whole = at_fractions([0.5, 1, 0, 4, 1]).astype(dtype)
+        at, none = batch.part_way([0.5, 0, 1, 0.25, 1], whole)
+        assert none is None and at.dtype == dtype and (at[[1, 2, 4]] == np.stack([batch.positions[1], whole[2], whole[4]])).all()
+        for message, wrong in ((r"fractions: shape \(4,\); give \(5,\)", [1] * 4), (r"fractions\[2\]: 1.5 is not in", [0, 1, 1.5, 0, 0]),
+                               (r"fractions\[0\]: nan is not in", [np.nan] * 5)):
+            with pytest.raises(InvalidArgumentError, match=message):
+                batch.part_way(wrong, whole)
+        with pytest.raises(InvalidArgumentError, match="one for all copies; part_way"):
+            batch.commit(fractions)
+
+
+def test_a_body_that_leaves_its_world_is_found_out(anywhere):
+    with anywhere.batch(3, BEFORE, FACES, bodies=PAIR, shared=[GROUND]) as batch:
+        batch.session.change_body(3, Body(3))  # as it was, but for its world
+        with pytest.raises(FailedPreconditionError, match="body 3 of the session beneath is of world 0 now, and not of its own, 2"):
+            batch.proximity(1)
+        batch.session.change_body(3, dataclasses.replace(batch.session.bodies[3], world=2, thickness=0.01))
+        assert batch.step(at_fractions([0, 1, 0])).counts.tolist()[::2] == [0, 0]
+        batch.session.change_body(3, dataclasses.replace(batch.session.bodies[3], kind="removed", world=0))
+        assert batch.proximity(0.1).counts.tolist() == [0, 0, 0]
+
+
+def test_which_copies_are_tangled(anywhere):
+    with anywhere.batch(4, BEFORE, FACES, bodies=PAIR, shared=[GROUND]) as batch:
+        batch.place(at_fractions([0, 0.5, 1, 2]))
+        assert (batch.intersections() > 0).tolist() == [False, True, False, True], "the last one is in the ground"
+        assert batch.intersections().tolist()[1] == len(batch.session.intersections().edges) - batch.intersections()[3]
+        with pytest.raises(InvalidArgumentError, match="report: which copies"):
+            batch.intersections(report="any")
+
+
 def test_half_spaces_are_shared_or_each_copys_own(anywhere):
     plane = lambda z, **more: Body(kind="static", half_space=((0, 0, z), (0, 0, 1)), **more)
     with anywhere.batch(3, BEFORE, FACES, bodies=[*PAIR, plane(-0.75)], shared=[(plane(-1.5), None, None), GROUND]) as batch:
@@ -191,6 +245,9 @@ def test_it_comes_again_with_the_session(daemon, client):
     (r"bodies: cover 3 of 6 vertices", {"bodies": [Body(3)]}),
     (r"shared: a body that is in all copies", {"shared": [(Body(4, world=1), *GROUND[1:])]}),
     (r"shared\[0\].positions: shape", {"shared": [(Body(5), *GROUND[1:])]}),
+    (r"shared\[0\]: a Body; give \(Body, faces, positions\)", {"shared": [Body(3)]}),
+    (r"shared\[0\]: a tuple; give", {"shared": [(GROUND[0],)]}),
+    (r"filters: there is no 'within'; give PairFilters, or a dict of its fields: within_edges,", {"filters": {"within": 1}}),
     (r"copies of 6 vertices are 2\^31", {"count": 1 << 30}),
 ])
 def test_what_is_no_batch_is_refused(client, message, arguments):
@@ -212,7 +269,13 @@ def test_what_does_not_fit_a_batch_is_refused(anywhere):
                 batch.step(**arguments)
         with pytest.raises(InvalidArgumentError, match="world: 2 is not in"):
             batch.step(np.stack([AFTER] * 2)).rows(2)
+        with pytest.raises(TypeError, match=r"max_step\(\) got an unexpected keyword argument 'kep'"):
+            batch.max_step(np.stack([AFTER] * 2), kep=0.1)
+        with pytest.raises(InvalidArgumentError, match=r'"body 1 of copy 1"\): positions\[2\].z: is not a number'):
+            batch.step(np.where(np.arange(18).reshape(6, 3) == 17, np.nan, BEFORE)[None], worlds=[1])
         assert batch.session.last_frame == 1
+    with pytest.raises(FailedPreconditionError, match="the session is closed"):
+        batch.step(np.stack([AFTER] * 2))
 
 
 def test_a_daemon_that_is_older_than_worlds_is_not_asked(tmp_path):

@@ -64,6 +64,7 @@ def test_a_program_may_ask_where_part_of_a_screw_ends(client, dtype):
             one.place(poses={0: start})
         asked.trial(poses={0: end})
         asked.commit(0.4)
+        assert asked.poses[0].tobytes() == warmfront.screw_way(start, end, 0.4, dtype).tobytes()
         told.place(poses={0: warmfront.screw_way(start, end, 0.4, dtype)})
         assert asked.positions.tobytes() == told.positions.tobytes()
         onward = [one.step(poses={0: end}) for one in (asked, told)]
@@ -74,6 +75,21 @@ def test_a_program_may_ask_where_part_of_a_screw_ends(client, dtype):
         warmfront.screw_way(start, np.eye(3), 0.5)
     with pytest.raises(InvalidArgumentError, match="dtype: int32"):
         warmfront.screw_way(start, end, 0.5, "i4")
+
+
+@pytest.mark.parametrize("message, matrix", [
+    (r"is not a number", np.eye(3, 4) * np.nan),
+    (r"its 3x3 part mirrors", np.eye(3, 4) * [[-1, 1, 1, 1]]),
+    (r"columns 0 and 0 of its 3x3 part have the product 4.000000 where 1 is expected, give or take 1e-05", np.eye(3, 4) * 2),
+    (r"columns 1 and 1 .* the product 1.000022", np.eye(3, 4) * [[1, 1 + 1.1e-5, 1, 1]]),
+    (r"columns 0 and 1 .* the product 0.100000", np.eye(3, 4) + [[0, 0.1, 0, 0], [0, -0.005, 0, 0], [0, 0, 0, 0]]),
+])
+def test_what_is_no_pose_is_refused_by_sessions_and_of_a_way(client, message, matrix):
+    words = message.split(",")[0]
+    with pytest.raises(InvalidArgumentError, match="end.*" + message):
+        warmfront.screw_way(np.eye(3, 4), matrix, 0.5)
+    with session(client) as asked, pytest.raises(InvalidArgumentError, match=words):
+        asked.step(poses={0: matrix})
 
 
 def test_it_goes_on_from_there_where_the_daemon_died(daemon):
