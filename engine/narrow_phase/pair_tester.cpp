@@ -67,14 +67,16 @@ void PairTester::primitive_pair(Primitive p, Primitive q, std::uint32_t near) {
     }
   }
   const bool of_points = !is_face(p) && !is_face(q) && has_point(p, q);
-  if (of_points && !asks_for_distances()) return;
+  if (of_points && !knows_distances()) return;
+  // Also what this question does not ask about: another one, part of the same way, may.
   if (input_->note_met && room_to_note(1)) met_.pairs.push_back({p, q});
-  if (of_points) {
-    point_pair(p, q);
-  } else if (!has_point(p, q)) {
+  const bool of_elements = !has_point(p, q);
+  if (of_elements) {
     element_pair(std::min(p, q), std::max(p, q), left_out, near);
   } else if (input_->options.pair_test == PairTest::kIntersection) {
     return;  // a point has no edge
+  } else if (of_points) {
+    point_pair(p, q);
   } else if (is_face(p)) {
     vertex_against_face(vertex_number(q), face_number(p));
   } else {
@@ -82,8 +84,7 @@ void PairTester::primitive_pair(Primitive p, Primitive q, std::uint32_t near) {
   }
 }
 
-bool PairTester::asks_for_distances() const {
-  if (input_->options.pair_test == PairTest::kIntersection) return false;
+bool PairTester::knows_distances() const {
   return input_->options.min_separation > 0 || input_->keep.share > 0 || input_->thickness.any();
 }
 

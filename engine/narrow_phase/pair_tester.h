@@ -119,8 +119,9 @@ class PairTester {
     output_.add(before);
   }
 
-  // May what does not touch be in contact? Points are tested against each other and segments only then.
-  bool asks_for_distances() const;
+  // May what does not touch be in contact, in questions of distances? Points meet each other and segments
+  // only then.
+  bool knows_distances() const;
   // Two points, or a point and a segment.
   void point_pair(Primitive p, Primitive q);
   // Two faces, a face and a segment, or two segments. `left_out`: the pairs of their features that filters

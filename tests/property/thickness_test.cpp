@@ -180,7 +180,10 @@ class Thick : public DrawnBodies {
       expect(truth(z, merged(options_, question)), collider_->trial(std::span<const double>(z), question));
       expect(expected, collider_->trial(there, question));
     }
-    if (below(2) == 0) ask_of_state(Where::kTrialEnd, y);
+    if (below(2) == 0) {
+      ask_of_state(Where::kTrialEnd, y);
+      if (below(2) == 0) expect(expected, collider_->trial(there, question));
+    }
     if (below(3) == 0) expect_candidates(y);
     if (below(2) == 0) RC_ASSERT(collider_->commit(below(2) == 0 ? 1 : 0.375).ok());
     x_ = collider_->positions();

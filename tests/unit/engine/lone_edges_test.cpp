@@ -150,6 +150,35 @@ TEST(LoneEdges, OfRigidBodiesAndOfThoseThatAreAdded) {
   EXPECT_TRUE(collider.self_check().ok());
 }
 
+// Whether anything is tangled at the end of a trial is asked of edges and faces alone; a trial after it, part
+// of the same way, is of points, too, where these are thick. A rod and two points rest, and a face moves.
+TEST(LoneEdges, AndPointsAreMetByTrialsAfterWhatIsTangledWasAsked) {
+  const SceneDescription scene{.vertex_count = 7,
+                               .faces = {{4, 5, 6}},
+                               .bodies = {{"rod", 0, 4}, {"face", 4, 3}},
+                               .thickness = {0.1, 0.1, 0.1, 0.1, 0, 0, 0},
+                               .edges = {{0, 1}}};
+  const std::vector<double> x{-1, 0, 0, 1, 0, 0, 0, 0, 0.15, 0.05, 0, 0.25, 0, 0, 1, 1, 0, 1, 0, 1, 1};
+  Collider collider = make(scene, x);
+  const auto met = [&](double rise) {
+    std::vector<double> y = x;
+    for (const std::size_t z : {14, 17, 20}) y[z] += rise;
+    std::vector<ContactKind> kinds;
+    const StepResult result = collider.trial(Doubles(y)).value();
+    for (const Contact& contact : result.contacts) kinds.push_back(contact.kind);
+    return kinds;
+  };
+  const auto expected = ElementsAre(ContactKind::kVertexEdge, ContactKind::kVertexVertex);
+  for (const Report report : {Report::kAll, Report::kCount, Report::kAny}) {
+    EXPECT_THAT(met(-0.01), expected);
+    EXPECT_THAT(met(0.01), expected) << "by what was found of what rests";
+    const StepResult tangled = collider.intersections(Where::kTrialEnd, {.report = report}).value();
+    EXPECT_EQ(tangled.ef, 0U);
+    EXPECT_FALSE(tangled.statistics.part_of_trial) << "else the test shows nothing";
+    EXPECT_THAT(met(0.01), expected) << "after intersections";
+  }
+}
+
 TEST(LoneEdges, OfAHubAreBounded) {
   constexpr std::uint32_t kSpokes = 3000;
   SceneDescription scene{.vertex_count = kSpokes + 1, .faces = {}, .bodies = {}};
