@@ -118,7 +118,7 @@ CommitOperation History::draw_commit(Draws& draws) const {
   return {fraction, single ? Rounding::kFloat32 : Rounding::kFloat64};
 }
 
-// The end of the motion is moved towards its start repeatedly.
+// Trials of a motion, again or of half of it, and in between what a solver asks about where they end.
 void History::line_search(Draws& draws, const Fault& fault) {
   StepOperation step = draw_step(draws, state_);
   step.as = StepOperation::As::kTrial;
@@ -126,7 +126,8 @@ void History::line_search(Draws& draws, const Fault& fault) {
   for (int i = 0; i < trials; ++i) {
     if (draws.below(3) == 0) step.options = draw_question(draws, state_);
     carry(step, i + 1 == trials ? fault : Fault{});
-    if (!step.all) continue;
+    if (draws.below(3) == 0) carry(draw_near(draws, state_), {});
+    if (!step.all || draws.below(4) == 0) continue;
     for (std::size_t x = 0; x < step.all->size(); ++x)
       (*step.all)[x] = part_way(state_.positions[x], (*step.all)[x], 0.5, false);
   }
