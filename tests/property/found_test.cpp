@@ -46,6 +46,7 @@ class World : public testing::Draws {
   }
 
   void move() {
+    if (below(6) == 0) return;
     if (!ahead_.empty() && below(2) == 0) {
       x = part_way(x, ahead_, below(8) / 8.0);
       return;
@@ -107,7 +108,7 @@ class World : public testing::Draws {
   }
 
   void turn(double* x, std::uint32_t count) {
-    const double angle = below(8) == 0 ? uniform(3) : uniform(0.4);
+    const double angle = below(wild_ ? 2 : 8) == 0 ? uniform(3) : uniform(0.4);
     const int u = below(3);
     const int v = (u + 1) % 3;
     const double drift[3] = {uniform(0.1), uniform(0.1), uniform(0.1)};
@@ -121,6 +122,7 @@ class World : public testing::Draws {
     }
   }
 
+  const bool wild_ = below(3) == 0;
   const double noise_ = std::pow(10.0, -1.0 - below(12));
   std::vector<Body> bodies_;
   std::vector<Mode> modes_;
