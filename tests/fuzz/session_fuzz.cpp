@@ -166,6 +166,7 @@ class Driver : FuzzedSession {
     Parts parts;
     std::vector<double> next = model_.positions();
     std::vector<bool> given(model_.scene().body_count(), false);
+    std::vector<BodyPose> poses;
     for (std::uint32_t b = 0; b < model_.scene().body_count(); ++b) {
       const std::uint8_t choice = input_.next();
       if (model_.fixed(b) || choice % 4 == 0) continue;
@@ -178,6 +179,7 @@ class Driver : FuzzedSession {
         for (const double x : square) Parts::put(parts.body_positions, x);
       } else if (rigid) {
         const Pose pose = fuzz::any_pose(input_);
+        poses.push_back({b, pose});
         Parts::put(parts.pose_bodies, b);
         for (const double x : pose.matrix) Parts::put(parts.poses, x);
         for (std::uint32_t corner = 0; corner < fuzz::kCorners; ++corner)
@@ -199,7 +201,7 @@ class Driver : FuzzedSession {
     FrameBuffer contents = empty_buffer();
     parts.append_to(contents, std::size_t{1} + input_.next());
     const StepOutcome outcome = step(model_.expected(), contents);
-    if (!closed_) expect(model_.step(next, given), "the model takes what moved");
+    if (!closed_) expect(model_.step(next, given, poses), "the model takes what moved");
     expect_answer(outcome);
     last_ = std::move(contents);
   }

@@ -4,8 +4,11 @@
 // starts at the positions before. Used by one thread at a time.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/collider.h"
@@ -67,7 +70,8 @@ class SessionModel {
         expected_(first_frame + 1),
         scene_(std::make_shared<const Scene>(Scene::create(tiny_scene(second)).value())),
         positions_(tiny_positions(0)),
-        rest_(positions_) {}
+        rest_(positions_),
+        poses_(scene_->body_count()) {}
 
   std::uint64_t expected() const { return expected_; }
   bool stepped() const { return expected_ > first_ + 1; }
@@ -84,18 +88,29 @@ class SessionModel {
   std::vector<double> positions_for(std::uint8_t pose) const {
     std::vector<double> all = positions_;
     for (std::uint32_t b = 0; b < scene_->body_count(); ++b)
-      if (!fixed(b)) std::ranges::copy(square_positions(b, pose), all.begin() + first_number(b));
+      if (!fixed(b)) std::ranges::copy(square_positions(b, pose), numbers_of(all, b).begin());
     return all;
   }
 
   /// Takes the expected frame, which puts everything at `next`, giving the positions of the bodies marked in
-  /// `given` (the rest of them by poses, or not at all); false, and nothing changes, when the engine refuses
-  /// the positions.
-  bool step(const std::vector<double>& next, const std::vector<bool>& given) {
-    ColliderOptions options;
-    options.front = FrontMode::kNone;
-    Collider cold = Collider::create(scene_, std::span<const double>(positions_), options, workers_).value();
-    const auto result = cold.step(std::span<const double>(next));
+  /// `given`, and these poses of others (the rest of them not at all); false, and nothing changes, when the
+  /// engine refuses the positions.
+  bool step(const std::vector<double>& next, const std::vector<bool>& given,
+            const std::vector<BodyPose>& poses = {}) {
+    Collider cold = at_rest();
+    std::vector<BodyPositions> others;
+    for (std::uint32_t b = 0; b < scene_->body_count(); ++b) {
+      if (fixed(b) || std::ranges::find(poses, b, &BodyPose::body) != poses.end()) continue;
+      others.push_back({b, std::span<const double>(next).subspan(first_number(b), 3 * kCorners)});
+    }
+    Frame frame;
+    if (poses.empty()) {
+      frame.positions = std::span<const double>(next);
+    } else {
+      frame.bodies = others;
+      frame.poses = poses;
+    }
+    const auto result = cold.step(frame);
     if (!result) return false;
     ContactHash hash;
     hash.add_step(*scene_, result.value().contacts);
@@ -103,6 +118,7 @@ class SessionModel {
     positions_ = cold.positions();
     for (std::uint32_t b = 0; b < scene_->body_count(); ++b)
       if (given[b]) keep_rest(b);
+    for (const auto& [b, pose] : poses) poses_[b] = pose;
     ++expected_;
     return true;
   }
@@ -117,6 +133,7 @@ class SessionModel {
     scene_ = std::make_shared<const Scene>(std::move(scene).value());
     positions_.insert(positions_.end(), positions.begin(), positions.end());
     rest_.insert(rest_.end(), positions.begin(), positions.end());
+    poses_.emplace_back();
     return true;
   }
   bool change(std::uint32_t index, const Body& body) {
@@ -126,14 +143,34 @@ class SessionModel {
     Result<Scene> scene = scene_->with_body_changed(index, body);
     if (!scene) return false;
     scene_ = std::make_shared<const Scene>(std::move(scene).value());
-    if (!was_rigid) keep_rest(index);
+    if (!was_rigid || body.kind != BodyKind::kRigid) keep_rest(index);
     return true;
   }
 
  private:
-  static std::ptrdiff_t first_number(std::uint32_t body) { return std::ptrdiff_t{3 * kCorners} * body; }
+  static std::size_t first_number(std::uint32_t body) { return std::size_t{3 * kCorners} * body; }
+  static std::span<double> numbers_of(std::vector<double>& all, std::uint32_t body) {
+    return std::span(all).subspan(first_number(body), 3 * kCorners);
+  }
+  /// Poses are of where it is now.
   void keep_rest(std::uint32_t body) {
-    std::copy_n(positions_.begin() + first_number(body), 3 * kCorners, rest_.begin() + first_number(body));
+    std::ranges::copy(numbers_of(positions_, body), numbers_of(rest_, body).begin());
+    poses_[body].reset();
+  }
+  /// A new collider, everything where it is.
+  Collider at_rest() {
+    std::vector<double> start = positions_;
+    std::vector<BodyPose> posed;
+    for (std::uint32_t b = 0; b < scene_->body_count(); ++b) {
+      if (!poses_[b]) continue;
+      posed.push_back({b, *poses_[b]});
+      std::ranges::copy(numbers_of(rest_, b), numbers_of(start, b).begin());
+    }
+    Collider cold =
+        Collider::create(scene_, std::span<const double>(start), {.front = FrontMode::kNone}, workers_)
+            .value();
+    if (!posed.empty()) expect(cold.place(posed).ok(), "what is at a pose can be put there");
+    return cold;
   }
 
   const std::shared_ptr<Workers> workers_;
@@ -141,7 +178,8 @@ class SessionModel {
   std::uint64_t expected_;
   std::shared_ptr<const Scene> scene_;
   std::vector<double> positions_;
-  std::vector<double> rest_;  // of each body, which a pose is of
+  std::vector<double> rest_;                // of each body, which a pose is of
+  std::vector<std::optional<Pose>> poses_;  // by body: that it is at, of these
   std::uint64_t last_hash_ = 0;
 };
 
