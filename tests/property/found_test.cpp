@@ -156,6 +156,8 @@ RC_GTEST_PROP(Found, ChangesNoContact, (std::uint64_t seed)) {
       const Result<StepResult> a = finding.trial(at);
       const Result<StepResult> b = plain.trial(at);
       RC_ASSERT(std::ranges::equal(a.value().contacts, b.value().contacts));
+      const Where where = world.below(2) == 0 ? Where::kBase : Where::kTrialEnd;
+      if (world.below(6) == 0) RC_ASSERT(finding.proximity(0.001, where).ok());
       if (world.below(4) != 0) continue;
       const double taken = world.below(9) / 8.0;
       RC_ASSERT(finding.commit(taken).ok() && plain.commit(taken).ok());
