@@ -182,7 +182,9 @@ void RigidParts::look(const Topology& topology, const SceneMotion& motion, const
                       const std::shared_ptr<Workers>& workers, BodiesWithin bodies_within, bool trial,
                       StopSignal stop) {
   count_ = 0;
-  if (!options.find_rigid || !reports_by_distance(options)) return;
+  // A clearance is one of vertices and faces, and of edges: an edge may go through a face far from its rim.
+  if (!options.find_rigid || !reports_by_distance(options) || options.pair_test == PairTest::kIntersection)
+    return;
   fork_each(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
     stop.check();
     if (model.self_collision(PartId{p}))

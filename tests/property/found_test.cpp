@@ -158,6 +158,11 @@ RC_GTEST_PROP(Found, ChangesNoContact, (std::uint64_t seed)) {
       RC_ASSERT(std::ranges::equal(a.value().contacts, b.value().contacts));
       const Where where = world.below(2) == 0 ? Where::kBase : Where::kTrialEnd;
       if (world.below(6) == 0) RC_ASSERT(finding.proximity(0.001, where).ok());
+      if (world.below(6) == 0) {
+        const Result<StepResult> tangles = finding.intersections(where);
+        const Result<StepResult> all = plain.intersections(where);
+        RC_ASSERT(std::ranges::equal(tangles.value().contacts, all.value().contacts));
+      }
       if (world.below(4) != 0) continue;
       const double taken = world.below(9) / 8.0;
       RC_ASSERT(finding.commit(taken).ok() && plain.commit(taken).ok());

@@ -133,6 +133,33 @@ TEST(FoundRigid, TwoHalfTurnsAreNotTakenForAWholeOne) {
   }
 }
 
+// What pierces itself may have no vertex near a face and no edge near another: it never meets itself anew,
+// and is tangled all the same.
+TEST(FoundRigid, IsAskedAboutItsTanglesToo) {
+  std::vector<double> x{-1, -1, 0, 1, -1, 0, 0, 1, 0, 0, -0.2, -0.5, 0.05, -0.3, 0.5, -0.05, -0.3, 0.5};
+  const auto scene = testing::make_scene(6, {{0, 1, 2}, {3, 4, 5}});
+  const auto workers = std::make_shared<Workers>(1);
+  for (const Tier tier : {Tier::kCertified, Tier::kExact}) {
+    Collider collider = Collider::create(scene, Doubles(x), {.tier = tier}, workers).value();
+    const auto fall = [&x](int times) {
+      std::vector<double> y = x;
+      for (std::size_t z = 2; z < y.size(); z += 3) y[z] -= 0.125 * times;
+      return y;
+    };
+    std::uint64_t rigid = 0;
+    for (int step = 1; step < 24; ++step)
+      rigid = collider.step(Doubles(fall(step))).value().statistics.counts.parts_rigid;
+    EXPECT_EQ(rigid, 1U) << "else the test shows nothing";
+    EXPECT_EQ(collider.intersections().value().ef, 2U);
+    for (int ask = 0; ask < 2; ++ask) {
+      EXPECT_EQ(collider.trial(Doubles(fall(24))).value().contacts.size(), 0U);
+      EXPECT_EQ(collider.intersections(Where::kTrialEnd).value().ef, 2U);
+    }
+    EXPECT_EQ(collider.step(Doubles(fall(25))).value().contacts.size(), 0U);
+    EXPECT_EQ(collider.intersections().value().ef, 2U);
+  }
+}
+
 // A solver that goes half of each way only: no place that it comes to is one of a body that turned.
 TEST(FoundRigid, AlsoBetweenThePlacesOfABodyThatTurns) {
   WavySheets sheets(2, 8);
