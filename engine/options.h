@@ -133,7 +133,8 @@ struct ColliderOptions {
   /// Above this many bytes the front is dropped and steps traverse from the root, with the same answer. What
   /// is kept of stationary parts counts, too: without room for it they are tested again in every step. The
   /// front's lists of near pairs of bodies may take a quarter of it (some 350 bytes a pair): of more, and of
-  /// more than 65,536, no front is kept.
+  /// more than 65,536, no front is kept. Where bodies that turn by much are during a step may take another
+  /// quarter: what it has no room for is computed again each time that it is needed.
   std::size_t max_front_bytes = std::size_t{4} << 30;
   /// A step with more contacts than this fails with kResourceExhausted (report kAll and kEarliest).
   std::size_t max_contacts = 50'000'000;
