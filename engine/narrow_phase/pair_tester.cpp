@@ -70,8 +70,7 @@ void PairTester::primitive_pair(Primitive p, Primitive q, std::uint32_t near) {
   if (of_points && !knows_distances()) return;
   // Also what this question does not ask about: another one, part of the same way, may.
   if (input_->note_met && room_to_note(1)) met_.pairs.push_back({p, q});
-  const bool of_elements = !has_point(p, q);
-  if (of_elements) {
+  if (!has_point(p, q)) {
     element_pair(std::min(p, q), std::max(p, q), left_out, near);
   } else if (input_->options.pair_test == PairTest::kIntersection) {
     return;  // a point has no edge

@@ -182,7 +182,6 @@ void RigidParts::look(const Topology& topology, const SceneMotion& motion, const
                       const std::shared_ptr<Workers>& workers, BodiesWithin bodies_within, bool trial,
                       StopSignal stop) {
   count_ = 0;
-  // A clearance is one of vertices and faces, and of edges: an edge may go through a face far from its rim.
   if (!options.find_rigid || !reports_by_distance(options) || options.pair_test == PairTest::kIntersection)
     return;
   fork_each(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {

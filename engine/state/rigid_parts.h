@@ -39,7 +39,8 @@ using BodiesWithin = std::optional<std::vector<std::uint32_t>> (*)(std::shared_p
 /// (min_separation, and the tolerance), there is no contact to find.
 /// d comes from one step of the references at rest, with d as its min_separation.
 ///
-/// Only for the tiers that promise to report nothing farther apart: certified and exact.
+/// Only for the tiers that promise to report nothing farther apart, certified and exact, and not for edges
+/// that go through faces: these features may be far apart then.
 class RigidParts {
  public:
   struct EdgeLengths {

@@ -51,13 +51,11 @@ void LongestTrial::remember(const Core& core, const Found& found, StopSignal sto
 
 // What is left out as it meets nothing may be tangled all the same (RigidParts::look()).
 bool LongestTrial::serves(const ColliderOptions& now, const KeepDistance& keep) const {
-  const auto tangles = [](const ColliderOptions& options) {
-    return options.pair_test == PairTest::kIntersection;
-  };
+  constexpr PairTest kTangles = PairTest::kIntersection;
   const bool same_reach = now.tier == asked_.tier && now.tolerance == asked_.tolerance &&
                           now.min_separation == asked_.min_separation &&
                           reports_by_distance(now) == reports_by_distance(asked_) &&
-                          tangles(now) == tangles(asked_);
+                          (now.pair_test == kTangles) == (asked_.pair_test == kTangles);
   const bool same_answer = same_reach && now.report == asked_.report &&
                            now.leave_out_overlaps == asked_.leave_out_overlaps && keep == keep_ &&
                            now.pair_test == asked_.pair_test && now.instant == asked_.instant;

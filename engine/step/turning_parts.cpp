@@ -73,10 +73,13 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
       Corner* const at = part.holds ? &part.at[v] : of_vertex.data();
       along_arc(corners_of(path), {before_end.data(), times - 1}, at, stride);
       at[(times - 1) * stride] = corner(vertices[first + v].t1);
-      for (std::size_t k = 0; k < times && !part.holds; ++k) add(part.at_times[k], {at[k], at[k]});
+      if (part.holds) continue;
+      for (std::size_t k = 0; k < times; ++k) add(part.at_times[k], {at[k], at[k]});
     }
-    for (std::size_t k = 0; k < times && part.holds; ++k)
-      add(part.at_times[k], around_points(std::span<const Corner>(part.at).subspan(k * count, count)));
+    if (part.holds) {
+      for (std::size_t k = 0; k < times; ++k)
+        add(part.at_times[k], around_points(std::span<const Corner>(part.at).subspan(k * count, count)));
+    }
   } else {
     for (std::size_t k = 0; k < times; ++k) {
       for (std::uint32_t v = 0; v < count; ++v) {

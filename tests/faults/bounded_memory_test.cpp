@@ -35,7 +35,7 @@ TEST_P(CoincidentParts, InBlocksTheAnswerIsTheSame) {
     blocks.max_front_bytes = 20U << 20;
     Collider expected = make(scene, whole);
     Collider collider = make(scene, blocks);
-    const std::vector<double>* const frames[] = {&scene.positions, &apart, &apart, &scene.positions};
+    const std::vector<double>* const frames[] = {&scene.positions, &apart, &apart, &apart, &scene.positions};
     for (std::size_t k = 0; k < std::size(frames); ++k) {
       SCOPED_TRACE("frame " + std::to_string(k));
       const StepResult want = expected.step(Doubles(*frames[k])).value();
@@ -43,7 +43,7 @@ TEST_P(CoincidentParts, InBlocksTheAnswerIsTheSame) {
       ASSERT_EQ(std::vector<Contact>(got.contacts.begin(), got.contacts.end()),
                 std::vector<Contact>(want.contacts.begin(), want.contacts.end()));
       ASSERT_EQ(got.statistics.counts.triangle_pairs, want.statistics.counts.triangle_pairs);
-      const bool near = k != 2;
+      const bool near = k == 0 || k == 1 || k > 3;
       if (near) {
         EXPECT_GT(got.contacts.size(), 0U);
         EXPECT_GT(got.statistics.counts.near_parts, 70'000U);

@@ -98,18 +98,15 @@ class SessionModel {
   bool step(const std::vector<double>& next, const std::vector<bool>& given,
             const std::vector<BodyPose>& poses = {}) {
     Collider cold = at_rest();
-    std::vector<BodyPositions> others;
-    for (std::uint32_t b = 0; b < scene_->body_count(); ++b) {
+    std::vector<BodyPositions> others;  // where poses say where some are
+    for (std::uint32_t b = 0; b < scene_->body_count() && !poses.empty(); ++b) {
       if (fixed(b) || std::ranges::find(poses, b, &BodyPose::body) != poses.end()) continue;
       others.push_back({b, std::span<const double>(next).subspan(first_number(b), 3 * kCorners)});
     }
     Frame frame;
-    if (poses.empty()) {
-      frame.positions = std::span<const double>(next);
-    } else {
-      frame.bodies = others;
-      frame.poses = poses;
-    }
+    frame.bodies = others;
+    frame.poses = poses;
+    if (poses.empty()) frame.positions = std::span<const double>(next);
     const auto result = cold.step(frame);
     if (!result) return false;
     ContactHash hash;

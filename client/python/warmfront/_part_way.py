@@ -22,6 +22,7 @@ def part_way(start: Array, end: Array, fraction: float, dtype: np.dtype[Any]) ->
 
 
 def _between(start: Array, end: Array, fraction: Any, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
+    """The formula of part_way() alone, at 0 and 1 too."""
     with np.errstate(over="ignore", invalid="ignore"):
         difference = end - start
         at = start + fraction * difference

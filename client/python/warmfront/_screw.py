@@ -23,8 +23,8 @@ def screw_way(start: Any, end: Any, fraction: float, dtype: Any = np.float64) ->
     """Where a body with `screw=True` is on its way from one pose to another: the pose (3, 4) that `commit(fraction)` leaves it
     at, to the bit, in float64.
 
-    start, end: [R t] (3, 4), length unit of the scene, R a rotation: no entry of R^T R - I above 1e-5. fraction: in [0, 1]. dtype: the session's; in one of float32
-    poses are rounded to it. InvalidArgumentError for anything else. Source: engine/screw.h."""
+    start, end: [R t] (3, 4), length unit of the scene, R a rotation: no entry of R^T R - I above 1e-5. fraction: in [0, 1].
+    dtype: the session's; in one of float32 poses are rounded to it. InvalidArgumentError for anything else. Source: engine/screw.h."""
     if not 0 <= fraction <= 1:
         raise InvalidArgumentError(f"fraction: {fraction} is not in [0, 1]")
     given = np.dtype(dtype)

@@ -2,7 +2,6 @@
 """Many copies of one scene that know nothing of each other, as one session: the environments of a learner."""
 from __future__ import annotations
 
-import operator
 from types import TracebackType
 from typing import Any, Optional
 
@@ -53,21 +52,22 @@ class Batch(Uncopied):
         self.session = session
         self._copies = copies
         self._layout = session.layout()
-        self._bodies = session.bodies  # as they were when this was checked last
+        self._checked = session._changed  # the scene was right after so many changes
 
     def _check_layout(self) -> None:
-        bodies = self.session.bodies
-        if self.session.layout() is self._layout and all(map(operator.is_, bodies, self._bodies)):
+        self.session._open()
+        if self.session._changed == self._checked:
             return
-        if self.session.layout() is not self._layout:
-            raise FailedPreconditionError("batch: vertices of the session beneath were added or replaced, and copies are not "
-                                          "where they were; go on with the session, or make another batch")
-        for number, (body, world) in enumerate(zip(bodies, self._copies.worlds())):
-            if body.world != world and body.kind != "removed":
-                raise FailedPreconditionError(
-                    f"batch: body {number} of the session beneath is of world {body.world} now, and not of its own, {world}, so that "
-                    f"copies meet; change it to dataclasses.replace(session.bodies[{number}], world={world})")
-        self._bodies = bodies
+        with self.session._turn:  # after a change that is under way
+            if self.session.layout() is not self._layout:
+                raise FailedPreconditionError("batch: vertices of the session beneath were added or replaced, and copies are not "
+                                              "where they were; go on with the session, or make another batch")
+            for number, (body, world) in enumerate(zip(self.session.bodies, self._copies.worlds())):
+                if body.world != world and body.kind != "removed":
+                    raise FailedPreconditionError(
+                        f"batch: body {number} of the session beneath is of world {body.world} now, and not of its own, {world}, so "
+                        f"that copies meet; change it to dataclasses.replace(session.bodies[{number}], world={world})")
+            self._checked = self.session._changed
 
     @property
     def count(self) -> int:
@@ -137,7 +137,7 @@ class Batch(Uncopied):
             rows = self._rows(positions, self.count, start.shape[1], dtype).reshape(start.shape)
             at = each_part_way(start.astype(np.float64), rows.astype(np.float64), share, dtype).astype(dtype)
         if poses is not None:
-            placed = self._matrices(poses, self.count)
+            placed = self._matrices(poses, self.count).astype(np.float64)
             before = self.session.poses
             numbers = self._copies.bodies_in(np.arange(self.count), ("rigid",)).reshape(self.count, -1)
             for copy, rigid in enumerate(numbers.tolist()):
@@ -158,7 +158,7 @@ class Batch(Uncopied):
         return distances[self._copies.first_vertex:].reshape(self.count, self._copies.vertices)
 
     def intersections(self, **arguments: Any) -> npt.NDArray[np.int64]:
-        """(n): of how many edges with faces each copy is tangled, in itself or with what is shared; `Session.intersections()`. What two
+        """(n): how many edges and faces of each copy meet, in itself or with what is shared; see `Session.intersections()`. What two
         shared bodies do to each other is no copy's."""
         self._check_layout()
         if arguments.get("report", "all") not in ("all", None):
@@ -213,13 +213,13 @@ class Batch(Uncopied):
                       (_frame.POSES, np.ascontiguousarray(matrices, dtype).tobytes())]
         return Motion(parts=parts)
 
-    def _matrices(self, poses: Any, count: int) -> npt.NDArray[np.float64]:
-        """(count, rigid bodies, 3, 4), a copy."""
+    def _matrices(self, poses: Any, count: int) -> npt.NDArray[Any]:
+        """(count, rigid bodies, 3, 4), of the caller's memory where that can be."""
         rigid = sum(body.kind == "rigid" for body in self._copies.bodies)
         matrices = numbers_of(poses, None, "poses")
         if matrices.shape != (count, rigid, 3, 4):
             raise InvalidArgumentError(f"poses: shape {matrices.shape}; give ({count}, {rigid}, 3, 4), [R t] of each copy's rigid bodies")
-        return matrices.astype(np.float64)
+        return matrices
 
     def _worlds(self, worlds: Any) -> npt.NDArray[np.int64]:
         chosen = indices_of(worlds, "worlds").astype(np.int64)

@@ -41,8 +41,8 @@ class AnySession(Uncopied, BackgroundQuestions, Changes):
     `trial_async()` and its like are for asyncio. Steps, commits and changes are carried out once; a trial changes nothing and
     may be asked again.
 
-    Once it is closed, its questions, changes, `positions`, `bodies`, `poses`, `edges` and `info()` raise FailedPreconditionError. copy and pickle
-    raise TypeError.
+    Once it is closed, its questions, changes, `positions`, `bodies`, `poses`, `edges` and `info()` raise
+    FailedPreconditionError. copy and pickle raise TypeError.
     """
 
     _instead = "create another one, of the same scene and this one's `positions`"

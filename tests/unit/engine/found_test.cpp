@@ -19,6 +19,16 @@ namespace {
 using Doubles = std::span<const double>;
 using testing::WavySheets;
 
+/// The first sheet has turned as a whole for as long as it takes to be found rigid.
+Collider found_rigid(WavySheets& sheets) {
+  Collider collider = sheets.collider({});
+  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
+    sheets.turn(0, 0.1);
+    EXPECT_TRUE(collider.step(Doubles(sheets.x)).ok());
+  }
+  return collider;
+}
+
 TEST(FoundBodies, AreTheComponentsWhereTheyFollowOneAnother) {
   const std::vector<Body> bodies = found_bodies(*WavySheets(3, 8).scene);
   ASSERT_EQ(bodies.size(), 3U);
@@ -73,11 +83,7 @@ TEST(FoundRigid, WhatTurnsAsAWholeIsNotTestedAgainstItself) {
 
 TEST(FoundRigid, WhatDeformsIsTestedInThatVeryStep) {
   WavySheets sheets(1, 8);
-  Collider collider = sheets.collider({});
-  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
-    sheets.turn(0, 0.1);
-    ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
-  }
+  Collider collider = found_rigid(sheets);
   std::swap_ranges(sheets.x.begin(), sheets.x.begin() + 3, sheets.x.begin() + 3 * 40);  // through the sheet
   const StepResult result = collider.step(Doubles(sheets.x)).value();
   EXPECT_EQ(result.statistics.counts.parts_rigid, 0U);
@@ -103,11 +109,7 @@ TEST(FoundRigid, WhatTouchesItselfIsTestedHoweverItMoves) {
 
 TEST(FoundRigid, AHalfTurnInOneStepIsNotTakenForRigid) {
   WavySheets sheets(1, 8);
-  Collider collider = sheets.collider({});
-  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
-    sheets.turn(0, 0.1);
-    ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
-  }
+  Collider collider = found_rigid(sheets);
   sheets.turn(0, std::acos(-1.0));  // every vertex goes through the axis: all of them meet half way
   const StepResult result = collider.step(Doubles(sheets.x)).value();
   EXPECT_EQ(result.statistics.counts.parts_rigid, 0U);
@@ -117,18 +119,13 @@ TEST(FoundRigid, AHalfTurnInOneStepIsNotTakenForRigid) {
 // Questions in which it rests lie between: each begins where the turn ended, not where that began.
 TEST(FoundRigid, TwoHalfTurnsAreNotTakenForAWholeOne) {
   WavySheets sheets(1, 8);
-  Collider collider = sheets.collider({});
-  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
-    sheets.turn(0, 0.1);
-    ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
-  }
+  Collider collider = found_rigid(sheets);
   for (int turn = 0; turn < 4; ++turn) {
     sheets.turn(0, std::acos(-1.0));
     const StepResult result = collider.step(Doubles(sheets.x)).value();
     EXPECT_EQ(result.statistics.counts.parts_rigid, 0U) << turn;
     EXPECT_FALSE(result.contacts.empty()) << turn;
-    const Result<StepResult> asked = collider.trial(Doubles(sheets.x));
-    ASSERT_TRUE(asked.ok());
+    ASSERT_TRUE(collider.trial(Doubles(sheets.x)).ok());
     ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
   }
 }
