@@ -47,6 +47,82 @@ struct Block {
   }
 };
 
+// A hierarchy's blocks, of which few are opened: those in which something went or came.
+class Blocks {
+ public:
+  Blocks(const HeldOrder& held, std::uint32_t first_face, StopSignal stop)
+      : held_(held), first_face_(first_face) {
+    lengthen(left_, held.order.size(), kNoPrimitive, stop);
+    lengthen(opened_, count(), kClosed, stop);
+  }
+  std::uint32_t count() const { return held_.shape.block_count(); }
+  // How many primitives one holds.
+  std::uint32_t size(std::uint32_t b) const {
+    return opened_[b] == kClosed ? held_.shape.size_of_block(BlockId{b}) : open_[opened_[b]].count;
+  }
+
+  // What was in this position of the order, as given now; kNoPrimitive: it is gone. Before its block is
+  // opened.
+  void leave(std::uint32_t position, Primitive now) { left_[position] = now; }
+  // Another block may be opened while this one is looked at only where it was opened before.
+  Block& open(std::uint32_t b) {
+    if (opened_[b] == kClosed) {
+      opened_[b] = static_cast<std::uint32_t>(open_.size());
+      Block& block = open_.emplace_back();
+      for (std::uint32_t i = begin(b); i < begin(b + 1); ++i)
+        block.put(
+            {left_[i], left_[i] != kNoPrimitive && is_face(left_[i]) ? face_before(i) : LocalChange::kNone});
+    }
+    return open_[opened_[b]];
+  }
+
+  // All that they hold.
+  KeptOrder order(std::size_t primitives, std::size_t faces, StopSignal stop) const {
+    KeptOrder kept;
+    reserve(kept.order, primitives, stop);
+    reserve(kept.face_before, faces, stop);
+    lengthen(kept.changed, count(), std::uint8_t{0}, stop);
+    std::vector<std::uint32_t> begins;
+    reserve(begins, std::size_t{count()} + 1, stop);
+    PacedStop paced(stop, 256);
+    for (std::uint32_t b = 0; b < count(); ++b) {
+      paced.check();
+      begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
+      if (opened_[b] == kClosed) {
+        for (std::uint32_t i = begin(b); i < begin(b + 1); ++i) {
+          kept.order.push_back(left_[i]);
+          if (is_face(left_[i])) kept.face_before.push_back(face_before(i));
+        }
+        continue;
+      }
+      kept.changed[b] = 1;
+      const Block& block = open_[opened_[b]];
+      for (const Held& one : std::span(block.held).first(block.size)) {
+        if (is_gap(one)) continue;
+        kept.order.push_back(one.now);
+        if (is_face(one.now)) kept.face_before.push_back(one.face_before);
+      }
+    }
+    begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
+    kept.shape = held_.shape.with_blocks(std::move(begins));
+    return kept;
+  }
+
+ private:
+  static constexpr std::uint32_t kClosed = 0xffffffff;
+
+  std::uint32_t begin(std::uint32_t b) const { return held_.shape.begin_of_block(BlockId{b}); }
+  std::uint32_t face_before(std::uint32_t position) const {
+    return face_number(held_.order[position]) - first_face_;
+  }
+
+  const HeldOrder& held_;
+  const std::uint32_t first_face_;
+  std::vector<Primitive> left_;        // by position
+  std::vector<std::uint32_t> opened_;  // by block: where in open_
+  std::vector<Block> open_;
+};
+
 // The nearest of the blocks around one, itself first, of which something is true; their count for none.
 template <class Holds>
 std::uint32_t nearest(std::uint32_t block, std::uint32_t count, Holds&& holds) {
@@ -74,10 +150,10 @@ class BlocksAround {
 // Where something new belongs, by the blocks around its vertices: to one that held most of them; of these,
 // where there is the most room, so that what comes fills what went. Else to one near by; the count of blocks
 // for none.
-std::uint32_t block_for(std::span<const BlocksAround* const> of_vertices, std::span<const Block> blocks,
+std::uint32_t block_for(std::span<const BlocksAround* const> of_vertices, const Blocks& blocks,
                         std::uint32_t most) {
-  const auto count = static_cast<std::uint32_t>(blocks.size());
-  const auto has_room = [&](std::uint32_t b) { return blocks[b].count < most; };
+  const std::uint32_t count = blocks.count();
+  const auto has_room = [&](std::uint32_t b) { return blocks.size(b) < most; };
   std::uint32_t best = count;
   std::uint32_t any = 0;
   std::ptrdiff_t vertices_of_best = 0;
@@ -88,7 +164,7 @@ std::uint32_t block_for(std::span<const BlocksAround* const> of_vertices, std::s
       const auto vertices =
           std::ranges::count_if(of_vertices, [b](const BlocksAround* other) { return other->holds(b); });
       if (vertices < vertices_of_best) continue;
-      if (vertices == vertices_of_best && blocks[b].count >= blocks[best].count) continue;
+      if (vertices == vertices_of_best && blocks.size(b) >= blocks.size(best)) continue;
       vertices_of_best = vertices;
       best = b;
     }
@@ -116,9 +192,9 @@ class Placing {
   // Those without.
   template <class Visit>
   bool for_others(const LocalChange& change, PacedStop& paced, Visit&& visit) const {
-    for (std::uint32_t f = 0; f < change.face_before.size(); ++f) {
+    for (const std::uint32_t f : change.came) {
       paced.check();
-      if (change.face_before[f] == LocalChange::kNone && !visit(primitive_of_face(f))) return false;
+      if (!visit(primitive_of_face(f))) return false;
     }
     for (std::size_t i = 0; i < segments_.size(); ++i) {
       paced.check();
@@ -149,10 +225,7 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   const std::uint32_t count = shape.block_count();
   const std::size_t room = std::size_t{most} * count;
   if (order.empty() || primitives > room || 2 * primitives < room) return std::nullopt;
-  std::vector<Block> blocks;
-  lengthen(blocks, count, Block{}, stop);
-  std::vector<std::uint8_t> changed;
-  lengthen(changed, count, std::uint8_t{0}, stop);
+  Blocks blocks(held, part.first_face, stop);
   // By vertex before, of those of which there may be new primitives: where it is in `around`.
   constexpr std::uint32_t kNotAsked = 0xffffffff;
   std::vector<std::uint32_t> asked;
@@ -162,7 +235,7 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   std::vector<std::uint32_t> block_of_face;  // before
   lengthen(block_of_face, part.face_count(), 0U, stop);
   Placing placing(alone, stop);
-  PacedStop paced(stop);
+  PacedStop paced(stop, 256);
   const auto given = [&](std::uint32_t v) {
     return number_of(numbering.given(NewVertex{v})) - part.features.first_vertex;
   };
@@ -172,12 +245,12 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   };
   for (std::uint32_t i = 0; i < change.at.size(); ++i) asked[before_of(change.at[i])] = i;
   // The same primitive as given now, if there is one; faces only where they are left.
-  const auto left_of = [&](Primitive p) {
-    if (is_face(p)) {
-      const std::uint32_t face =
-          change.face_of[number_of(numbering.given(NewFace{face_number(p)})) - part.first_face];
-      return face != LocalChange::kNone ? primitive_of_face(face) : kNoPrimitive;
-    }
+  const auto left_of_face = [&](Primitive face) {
+    const std::uint32_t now =
+        change.face_of[number_of(numbering.given(NewFace{face_number(face)})) - part.first_face];
+    return now != LocalChange::kNone ? primitive_of_face(now) : kNoPrimitive;
+  };
+  const auto left_of_other = [&](Primitive p) {
     Primitive now = kNoPrimitive;
     if (is_point(p)) {
       now = primitive_of_vertex(given(vertex_number(p)));
@@ -188,23 +261,25 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     return now != kNoPrimitive && placing.place(now) ? now : kNoPrimitive;
   };
   for (std::uint32_t b = 0; b < count; ++b) {
-    const BlockId block{b};
-    for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
-      paced.check();
-      Held one{left_of(order[i])};
-      if (is_gap(one)) changed[b] = 1;
+    paced.check();
+    const std::uint32_t end = shape.begin_of_block(BlockId{b} + 1);
+    bool went = false;
+    for (std::uint32_t i = shape.begin_of_block(BlockId{b}); i < end; ++i) {
+      Primitive left;
       if (is_face(order[i])) {
-        const std::uint32_t face = face_number(order[i]) - part.first_face;
-        block_of_face[face] = b;
-        if (!is_gap(one)) one.face_before = face;
+        left = left_of_face(order[i]);
+        block_of_face[face_number(order[i]) - part.first_face] = b;
       } else {
+        left = left_of_other(order[i]);
         for (const std::uint32_t v : primitive_vertices(before, order[i])) {
           const std::uint32_t at = asked[v - part.features.first_vertex];
           if (at != kNotAsked) around[at].add(b);
         }
       }
-      blocks[b].put(one);
+      blocks.leave(i, left);
+      went |= left == kNoPrimitive;
     }
+    if (went) blocks.open(b);
   }
   for (std::uint32_t i = 0; i < change.at.size(); ++i) {
     const std::uint32_t v = before_of(change.at[i]) + part.features.first_vertex;
@@ -219,40 +294,21 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     for (std::size_t k = 0; k < 3; ++k) of_vertices[k] = &around[asked[before_of(vertices[k])]];
     const std::uint32_t block = block_for(of_vertices, blocks, most);
     if (block == count) return false;
-    blocks[block].add({p});
-    changed[block] = 1;
+    blocks.open(block).add({p});
     return true;
   });
   if (!all_placed) return std::nullopt;
   for (std::uint32_t b = 0; b < count; ++b) {
     paced.check();
-    if (blocks[b].count > 0) continue;
-    const std::uint32_t from =
-        nearest(b, count, [&](std::uint32_t other) { return blocks[other].count > 1; });
+    if (blocks.size(b) > 0) continue;
+    const std::uint32_t from = nearest(b, count, [&](std::uint32_t other) { return blocks.size(other) > 1; });
     if (from == count) return std::nullopt;
+    blocks.open(from);
+    Block& empty = blocks.open(b);
     // The one next to it, so that faces keep their order.
-    blocks[b].add(from > b ? blocks[from].take_first() : blocks[from].take_last());
-    changed[b] = changed[from] = 1;
+    empty.add(from > b ? blocks.open(from).take_first() : blocks.open(from).take_last());
   }
-  KeptOrder kept;
-  reserve(kept.order, primitives, stop);
-  reserve(kept.face_before, alone.face_count(), stop);
-  std::vector<std::uint32_t> begins;
-  reserve(begins, std::size_t{count} + 1, stop);
-  for (const Block& block : blocks) {
-    paced.check();
-    begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
-    for (std::uint32_t i = 0; i < block.size; ++i) {
-      const Held& one = block.held[i];
-      if (is_gap(one)) continue;
-      kept.order.push_back(one.now);
-      if (is_face(one.now)) kept.face_before.push_back(one.face_before);
-    }
-  }
-  begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
-  kept.changed = std::move(changed);
-  kept.shape = shape.with_blocks(std::move(begins));
-  return kept;
+  return blocks.order(primitives, alone.face_count(), stop);
 }
 
 }  // namespace warmfront
