@@ -250,6 +250,9 @@ const ColliderOptions& Collider::options() const {
 std::vector<double> Collider::positions() const {
   return impl_->warm.core.motion.positions();
 }
+std::vector<BodyPose> Collider::poses() const {
+  return impl_->warm.core.motion.poses();
+}
 
 std::size_t Collider::memory_bytes() const {
   constexpr std::size_t kOfNoScene = 4 << 10;  // small objects, of which each collider has a few

@@ -182,6 +182,10 @@ class Collider {
   const ColliderOptions& options() const;
   /// The current positions, at which trials begin, row-major (n, 3); of removed bodies the last.
   std::vector<double> positions() const;
+  /// Where each rigid body is, half-spaces that move among them, in order: the pose, to the bit, of its
+  /// reference shape, which is where its positions last given, or the description, put it; the identity of
+  /// one that has not moved by poses since. Trials begin there.
+  std::vector<BodyPose> poses() const;
   /// Bytes held by this collider, the scene and the front included.
   std::size_t memory_bytes() const;
 

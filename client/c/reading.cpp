@@ -171,7 +171,7 @@ Status take_frame(const wf_session& session, const wf_frame* given, GivenFrame& 
   for (std::size_t i = 0; i < from.pose_count; ++i) {
     Pose pose;
     std::ranges::copy(poses.value().subspan(12 * i, 12), pose.matrix.begin());
-    into.poses.push_back({posed.value()[i], session.float32 ? in_float32(pose) : pose});
+    into.poses.push_back({posed.value()[i], pose});
   }
   const Result<std::span<const std::uint32_t>> vertices = rows(from.vertices, from.vertex_count, "vertices");
   if (!vertices) return vertices.error();

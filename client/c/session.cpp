@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session's life, what interrupts it, and what it has: positions and edges. Thread safety as stated in the
-// interface's header.
+// A session's life, what interrupts it, and what it has: positions, poses and edges. Thread safety as stated
+// in the interface's header.
 #include "client/c/session.h"
 
 #include <algorithm>
@@ -16,6 +16,16 @@
 
 using namespace warmfront;
 using namespace warmfront::c;
+
+namespace {
+
+Status check_room(std::size_t room, std::size_t needed) {
+  if (room >= needed) return {};
+  return invalid_argument("count: " + std::to_string(room) + " numbers have room, and " +
+                          std::to_string(needed) + " are needed");
+}
+
+}  // namespace
 
 const char* wf_version(void) {
   return WARMFRONT_VERSION;
@@ -79,10 +89,21 @@ wf_code wf_positions(const wf_session* session, double* to, size_t count) {
     if (session == nullptr || to == nullptr)
       return fail(WF_INVALID_ARGUMENT, "session or positions: is null");
     const std::vector<double> at = session->local->collider().positions();
-    if (count < at.size())
-      return fail(invalid_argument("count: " + std::to_string(count) + " numbers have room, and " +
-                                   std::to_string(at.size()) + " are needed"));
+    if (Status room = check_room(count, at.size()); !room) return fail(room.error());
     std::ranges::copy(at, to);
+    return WF_OK;
+  });
+}
+wf_code wf_poses(const wf_session* session, double* to, size_t count) {
+  return guarded([&]() -> wf_code {
+    if (session == nullptr || (to == nullptr && count > 0))
+      return fail(WF_INVALID_ARGUMENT, "session or poses: is null");
+    const Collider& collider = session->local->collider();
+    std::vector<BodyPose> poses(collider.scene().bodies().size());
+    for (const BodyPose& pose : collider.poses()) poses[pose.body] = pose;
+    constexpr std::size_t kNumbers = std::tuple_size_v<decltype(Pose::matrix)>;
+    if (Status room = check_room(count, kNumbers * poses.size()); !room) return fail(room.error());
+    for (const BodyPose& pose : poses) to = std::ranges::copy(pose.pose.matrix, to).out;
     return WF_OK;
   });
 }

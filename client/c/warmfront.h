@@ -322,6 +322,18 @@ WF_API wf_code wf_count(const wf_session*, wf_counts* counts, size_t counts_size
 
 /* Where everything is: (vertex_count, 3) float64 into `positions`, which has room for `count` numbers. */
 WF_API wf_code wf_positions(const wf_session*, double* positions, size_t count);
+/* At which poses bodies are: (body_count, 3, 4) into `poses`, which has room for `count` numbers. Of a rigid
+ * body, half-spaces that move among them, the pose of its shape at rest, which is where its positions last
+ * given, or its description, put it; the identity of one that has not moved by poses since, and of all
+ * others. */
+WF_API wf_code wf_poses(const wf_session*, double* poses, size_t count);
+/* For those who keep positions of their own: where wf_commit() puts what goes from `from` to `to`, 12 numbers
+ * of a pose or any number of positions, at a fraction in [0, 1] of the way, in a scene of this type. The same
+ * bits on every machine. `way` may be `from` or `to`. */
+WF_API wf_code wf_part_way(const double* from, const double* to, size_t count, double fraction, int32_t type,
+                           double* way);
+/* The same of a body that moves along the screw between two poses, 12 numbers each. */
+WF_API wf_code wf_screw_way(const double* from, const double* to, double fraction, int32_t type, double* way);
 /* The scene's edges, (edge_count, 2) vertices, which `features` number; valid until the scene is changed or the session freed. */
 WF_API wf_code wf_edges(const wf_session*, const uint32_t** edges, size_t* edge_count);
 

@@ -35,6 +35,20 @@ std::shared_ptr<PendingAnswer> AnySession::ask_commit(double fraction, const Wai
   return std::get<std::shared_ptr<LocalSession>>(held_)->ask({.commit = fraction}, wait, handed_out);
 }
 
+Result<std::vector<double>> AnySession::positions() const {
+  if (const auto* remote = std::get_if<Session>(&held_)) return remote->positions();
+  LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
+  if (Status idle = local.check_idle(); !idle) return idle.error();
+  return local.collider().positions();
+}
+
+Result<std::vector<BodyPose>> AnySession::poses() const {
+  if (const auto* remote = std::get_if<Session>(&held_)) return remote->poses();
+  LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
+  if (Status idle = local.check_idle(); !idle) return idle.error();
+  return local.collider().poses();
+}
+
 Result<std::uint32_t> AnySession::add_body(BodyAddition addition, const Positions& positions) {
   if (auto* remote = std::get_if<Session>(&held_)) return remote->add_body(std::move(addition), positions);
   LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <variant>
+#include <vector>
 
 #include "client/lib/answer.h"
 #include "client/lib/client.h"
@@ -33,6 +34,8 @@ class AnySession final : public Questions {
   bool is_remote() const { return std::holds_alternative<Session>(held_); }
 
   /// Each as Session's function of that name.
+  Result<std::vector<double>> positions() const;
+  Result<std::vector<BodyPose>> poses() const;
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
   Status replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
                           std::vector<std::array<std::int32_t, 2>> edges = {});

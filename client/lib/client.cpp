@@ -139,6 +139,13 @@ Result<std::uint64_t> Session::submit(const Frame& frame, const Question& questi
 Result<std::uint64_t> Session::submit_commit(double fraction) {
   return impl_->submit_commit(fraction);
 }
+Result<std::vector<double>> Session::positions() const {
+  return impl_->positions();
+}
+Result<std::vector<BodyPose>> Session::poses() const {
+  return impl_->poses();
+}
+
 Status Session::replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
                                  std::vector<std::array<std::int32_t, 2>> edges) {
   return impl_->change(ReplaceElements{index, std::move(faces), std::move(edges)});

@@ -15,6 +15,7 @@
 #include "client/lib/answer.h"
 #include "client/lib/questions.h"
 #include "engine/collider.h"
+#include "engine/frame.h"
 #include "engine/options.h"
 #include "engine/question.h"
 #include "engine/result.h"
@@ -95,15 +96,21 @@ class Session final : public Questions {
   bool shares_memory() const;
 
   /// Sends the next frame, all of it or only what moved, and returns its number. Positions are of the kind
-  /// (float or double) that the session was created with, poses travel as that kind; kInvalidArgument where
-  /// something does not fit the scene. kFailedPrecondition when `window` frames are unanswered, or when a
-  /// frame failed and answers to frames after it were not taken yet. What does not count, a trial for
+  /// (float or double) that the session was created with, poses are rounded to that kind; kInvalidArgument
+  /// where something does not fit the scene. kFailedPrecondition when `window` frames are unanswered, or when
+  /// a frame failed and answers to frames after it were not taken yet. What does not count, a trial for
   /// example, has the number of the frame that it is about, which the next frame gets, too.
   Result<std::uint64_t> submit(const Frame& frame, const Question& question = {});
   /// Sends a commit of the trial submitted last, and returns the number of the frame that it makes. Whether
   /// there is that trial is known when it was answered: next_answer() has kFailedPrecondition where it
   /// failed.
   Result<std::uint64_t> submit_commit(double fraction = 1);
+
+  /// Where everything is after the answers that were taken: as Collider::positions() and poses(), to the bit,
+  /// known here without the daemon, also after it was lost for good. kFailedPrecondition while frames are
+  /// unanswered. O(n).
+  Result<std::vector<double>> positions() const;
+  Result<std::vector<BodyPose>> poses() const;
 
   /// Adds a stationary body at `positions`, (k, 3), of the session's type, and returns its index; see
   /// Collider::add_body(). Carried out exactly once, even if the daemon is lost; a refused change leaves the

@@ -157,8 +157,7 @@ LocalSession::~LocalSession() {
 Status LocalSession::check_idle() const {
   const std::lock_guard lock(mutex_);
   if (jobs_.empty()) return {};
-  return Error{ErrorCode::kFailedPrecondition,
-               "frames are unanswered; take their answers before changing the scene"};
+  return Error{ErrorCode::kFailedPrecondition, "frames are unanswered; take their answers first"};
 }
 
 std::shared_ptr<PendingAnswer> LocalSession::ask(const Request& request, const WaitOptions& wait,
@@ -260,6 +259,16 @@ Status LocalSession::check(const Request& request) const {
   return check_kind(request.frame, collider_.scene(), rounding_ == Rounding::kFloat32);
 }
 
+Frame LocalSession::as_sent(const Frame& frame) {
+  Frame sent = frame;
+  if (rounding_ == Rounding::kFloat32 && !frame.poses.empty()) {
+    rounded_.clear();
+    for (const BodyPose& pose : frame.poses) rounded_.push_back({pose.body, in_float32(pose.pose)});
+    sent.poses = rounded_;
+  }
+  return sent;
+}
+
 Result<Answer> LocalSession::compute(const Request& request, const std::atomic<bool>* stop) {
   const std::uint64_t number = frame_ + 1;
   if (trial_lost_ && request.needs_trial())
@@ -292,7 +301,7 @@ Result<Answer> LocalSession::compute(const Request& request, const std::atomic<b
     answer.world_tois.assign(step.world_tois.begin(), step.world_tois.end());
     return request.accept ? request.accept(step) : Status();
   };
-  const Result<StepResult> result = collider_.ask(request.frame, request.question, stop, accept);
+  const Result<StepResult> result = collider_.ask(as_sent(request.frame), request.question, stop, accept);
   if (!result) return at_frame(number, result.error());
   answer.statistics = result.value().statistics;
   if (result.value().all_deformable)

@@ -12,6 +12,7 @@
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "client/lib/answer.h"
 #include "client/lib/pending.h"
@@ -59,12 +60,15 @@ class LocalSession : public std::enable_shared_from_this<LocalSession> {
   void compute_all();
   /// An answer that counts is still to be counted.
   Result<Answer> compute(const Request& request, const std::atomic<bool>* stop);
+  /// The frame as a daemon is sent it: in a session of float32 poses are rounded to that.
+  Frame as_sent(const Frame& frame);
   /// As a daemon looks at a question before it carries it out.
   Status check(const Request& request) const;
 
   // Used by whoever computes: the thread while jobs_ are there, else who uses the session.
   Collider collider_;
   const Rounding rounding_;
+  std::vector<BodyPose> rounded_;
   bool trial_lost_ = false;  // a motion was not computed, and the collider's trial is not the last one
 
   // The frame that comes next, as far as the caller can know: a step that fails is known of when it was

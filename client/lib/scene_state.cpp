@@ -37,7 +37,7 @@ void append_value(std::string& bytes, const T& value) {
 }
 
 template <class T>
-T value_at(const std::string& bytes, std::size_t index) {
+T value_at(std::string_view bytes, std::size_t index) {
   T value;
   std::memcpy(&value, bytes.data() + index * sizeof(T), sizeof value);
   return value;
@@ -54,6 +54,29 @@ SceneState::SceneState(SceneDescription scene, const Positions& positions)
   const auto is_zero = [](double thickness) { return thickness == 0; };
   if (scene_.thickness.size() == scene_.vertex_count && std::ranges::all_of(scene_.thickness, is_zero))
     scene_.thickness.clear();  // nothing that a daemon has to know
+}
+
+std::vector<double> SceneState::placed() const {
+  std::vector<double> placed(3 * std::size_t{scene_.vertex_count});
+  const std::string_view rows = positions();
+  for (std::size_t i = 0; i < placed.size(); ++i)
+    placed[i] = float32_ ? value_at<float>(rows, i) : value_at<double>(rows, i);
+  for (std::size_t b = 0; b < poses_.size(); ++b) {
+    if (!poses_[b]) continue;
+    const Body& body = scene_.bodies[b];
+    double* row = placed.data() + std::size_t{3} * body.first_vertex;
+    for (std::uint32_t v = 0; v < body.vertex_count; ++v, row += 3)
+      std::ranges::copy(poses_[b]->place(row), row);
+  }
+  return placed;
+}
+
+std::vector<BodyPose> SceneState::poses() const {
+  std::vector<BodyPose> poses;
+  for (std::uint32_t b = 0; b < poses_.size(); ++b) {
+    if (scene_.bodies[b].kind == BodyKind::kRigid) poses.push_back({b, poses_[b].value_or(Pose{})});
+  }
+  return poses;
 }
 
 void SceneState::describe(v1::SessionHeader& header) const {

@@ -37,6 +37,9 @@ class SceneState {
   /// The upload's positions: (n, 3) in the session's dtype; for rigid bodies with a pose, their reference
   /// shapes.
   std::string_view positions() const { return own_ ? std::string_view(*own_) : positions_.view(); }
+  /// As Collider::positions() and poses().
+  std::vector<double> placed() const;
+  std::vector<BodyPose> poses() const;
   /// Writes the scene's description, except faces, edges, positions and arrays of filters, into the header.
   void describe(v1::SessionHeader& header) const;
 

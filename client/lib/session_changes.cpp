@@ -67,8 +67,7 @@ Status Session::Impl::change_options(const ColliderOptions& options) {
 
 Status Session::Impl::check_idle() const {
   if (unanswered_.empty() && submitted_.empty()) return {};
-  return Error{ErrorCode::kFailedPrecondition,
-               "frames are unanswered; take their answers before changing the scene"};
+  return Error{ErrorCode::kFailedPrecondition, "frames are unanswered; take their answers first"};
 }
 
 // Of a daemon that is not there the change itself will tell.

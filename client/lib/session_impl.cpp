@@ -31,6 +31,16 @@ Result<Answer> Session::Impl::next_answer() {
   return oldest->take();
 }
 
+Result<std::vector<double>> Session::Impl::positions() const {
+  if (Status idle = check_idle(); !idle) return idle.error();
+  return state_.placed();
+}
+
+Result<std::vector<BodyPose>> Session::Impl::poses() const {
+  if (Status idle = check_idle(); !idle) return idle.error();
+  return state_.poses();
+}
+
 void Session::Impl::wait(PendingAnswer& asked, PendingAnswer::Time until) {
   until_ = until;
   while (!asked.settled() && !failed_) {

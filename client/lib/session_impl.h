@@ -49,6 +49,8 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   Status change(std::vector<SceneChange> changes, const std::optional<ColliderOptions>& options);
   Status change_options(const ColliderOptions& options);
   Result<Answer> next_answer();
+  Result<std::vector<double>> positions() const;
+  Result<std::vector<BodyPose>> poses() const;
   Status close();
 
   std::uint32_t body_count() const { return static_cast<std::uint32_t>(state_.scene().bodies.size()); }

@@ -234,6 +234,17 @@ std::vector<double> SceneMotion::positions() const {
   return positions;
 }
 
+std::vector<BodyPose> SceneMotion::poses() const {
+  std::vector<BodyPose> poses;
+  for (std::uint32_t p = 0; p < part_count(); ++p) {
+    const Part& part = parts_[p];
+    if (!part.rigid()) continue;
+    const auto* at = std::get_if<AtPose>(trial_ ? &part.start : &part.now);
+    poses.push_back({p, at == nullptr ? Pose{} : at->pose});
+  }
+  return poses;
+}
+
 std::size_t SceneMotion::memory_bytes() const {
   std::size_t bytes = motion_.memory_bytes() + named_.capacity() + given_.capacity();
   for (const Part& part : parts_) {

@@ -166,6 +166,8 @@ class SceneMotion {
   /// Where everything is, (n, 3), in the numbers first given: at the end of a step, at the beginning of a
   /// trial.
   std::vector<double> positions() const;
+  /// At which pose each rigid part is, in order, at the same time.
+  std::vector<BodyPose> poses() const;
   std::size_t memory_bytes() const;
 
  private:

@@ -107,6 +107,13 @@ class CppDriver final : public SessionDriver {
     return session_->replace_body(change.index, change.addition, std::span<const double>(change.positions));
   }
   Status close() override { return session_->close(); }
+  std::optional<Result<State>> state() const override {
+    Result<std::vector<double>> positions = session_->positions();
+    if (!positions) return positions.error();
+    Result<std::vector<BodyPose>> poses = session_->poses();
+    if (!poses) return poses.error();
+    return State{std::move(positions).value(), std::move(poses).value()};
+  }
   std::string id() const override { return session_->id(); }
   std::uint32_t window() const override { return session_->window(); }
 

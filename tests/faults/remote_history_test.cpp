@@ -69,6 +69,7 @@ class RemoteHistory {
     std::ostringstream told;
     told << "\n  " << command;
     log_ += told.str();
+    expect_right(session_.check_state());
     const AcceptedState& state = session_.state();
     const bool bodies = !state.scene.bodies.empty();
     const Around around =
@@ -139,6 +140,7 @@ class RemoteHistory {
 
   void end() {
     expect_right(session_.step({}));
+    expect_right(session_.check_state());
     daemons().thaw();
     expect_right(session_.close());
   }

@@ -284,6 +284,13 @@ std::string RemoteSession::wrong_replacement() {
   return "a wrong replacement: " + (changed.ok() ? "taken" : changed.error().message);
 }
 
+std::string RemoteSession::check_state() const {
+  const std::optional<Result<SessionDriver::State>> told = driver_.state();
+  if (!told) return "";
+  if (!told->ok()) return "where everything is: " + told->error().message;
+  return state_.difference(told->value().positions, told->value().poses);
+}
+
 std::string RemoteSession::wrong_step(const StepOperation& operation) {
   const auto answer = driver_.step(operation);
   state_.trial.reset();

@@ -50,6 +50,8 @@ class RemoteSession {
   std::string wrong_filters();
   std::string wrong_replacement();
   std::string wrong_options();
+  /// Is everything where the client says?
+  std::string check_state() const;
   std::string close();
 
   const testing::AcceptedState& state() const { return state_; }

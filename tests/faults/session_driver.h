@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,14 @@ class SessionDriver {
   virtual Status replace(const ReplaceElements& change) = 0;
   virtual Status replace(const ReplaceBody& change) = 0;
   virtual Status close() = 0;
+
+  /// Where the client says that everything is.
+  struct State {
+    std::vector<double> positions;
+    std::vector<BodyPose> poses;
+  };
+  /// Empty: this driver does not tell.
+  virtual std::optional<Result<State>> state() const { return std::nullopt; }
 
   virtual std::string id() const = 0;
   virtual std::uint32_t window() const = 0;

@@ -319,6 +319,7 @@ WARMFRONT_PROPERTY_OF_FEWER_CASES(SceneModel, ContactsAreThoseOfTheAllDeformable
       world.rest = world.next_rest;
       world.poses_at = world.next_poses_at;
       RC_ASSERT(colliders[0].positions() == world.x);
+      for (const BodyPose& at : colliders[0].poses()) RC_ASSERT(at.pose == world.poses_at[at.body]);
     }
   }
 }

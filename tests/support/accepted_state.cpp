@@ -208,8 +208,7 @@ Collider AcceptedState::fresh(const ColliderOptions& options, const std::shared_
   return std::move(collider).value();
 }
 
-std::string AcceptedState::difference(const Collider& collider) const {
-  const std::vector<double> shown = collider.positions();
+std::string AcceptedState::difference(std::span<const double> shown, std::span<const BodyPose> poses) const {
   if (shown.size() != positions.size())
     return std::to_string(shown.size() / 3) + " vertices where " + std::to_string(positions.size() / 3) +
            " are expected";
@@ -218,6 +217,19 @@ std::string AcceptedState::difference(const Collider& collider) const {
       return "positions[" + std::to_string(i / 3) + "]." + "xyz"[i % 3] + " is " + std::to_string(shown[i]) +
              " where " + std::to_string(positions[i]) + " is expected";
   }
+  auto next = poses.begin();
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].kind != BodyKind::kRigid) continue;
+    if (next == poses.end() || next->body != b || !(next->pose == pose[b].value_or(Pose{})))
+      return "the pose of body " + std::to_string(b) + " differs";
+    ++next;
+  }
+  return next == poses.end() ? "" : "there is a pose of a body that is not rigid";
+}
+
+std::string AcceptedState::difference(const Collider& collider) const {
+  if (std::string differs = difference(collider.positions(), collider.poses()); !differs.empty())
+    return differs;
   const Scene& has = collider.scene();
   if (has.vertex_count() != scene.vertex_count) return "scene().vertex_count() differs";
   if (!std::ranges::equal(has.bodies(), scene.bodies)) return "scene().bodies() differ";

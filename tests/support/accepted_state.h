@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,8 @@ struct AcceptedState {
 
   /// How a collider's state differs from this, in a few words; empty if it does not.
   std::string difference(const Collider& collider) const;
+  /// The same of positions and of the poses of rigid bodies.
+  std::string difference(std::span<const double> shown, std::span<const BodyPose> poses) const;
 
   /// The answer to a valid step by testing every pair of features that the scene allows, one by one; tiers
   /// certified and exact.

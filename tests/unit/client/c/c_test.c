@@ -114,6 +114,55 @@ static void test_parts_and_bodies(void) {
   CHECK(session == NULL);
 }
 
+static void turn(double angle, double pose[12]) {
+  const double about_z[12] = {cos(angle), 0 - sin(angle), 0, 0, sin(angle), cos(angle), 0, 0, 0, 0, 1, 0};
+  memcpy(pose, about_z, sizeof about_z);
+}
+
+/* Two rigid triangles that turn, the second along a screw, and a static ground. */
+static void test_poses(void) {
+  wf_body bodies[3];
+  for (int b = 0; b < 3; ++b) {
+    wf_body_init(&bodies[b], sizeof bodies[b]);
+    bodies[b].kind = b == 2 ? WF_STATIC : WF_RIGID;
+    bodies[b].vertex_count = b == 2 ? 0 : 3;
+  }
+  bodies[1].screw = 1;
+  bodies[2].is_half_space = 1;
+  bodies[2].point[2] = -9;
+  bodies[2].normal[2] = 1;
+  wf_scene scene = triangles();
+  scene.bodies = bodies;
+  scene.body_count = 3;
+  wf_session* session = created(&scene, NULL);
+  const uint32_t rigid[2] = {0, 1};
+  double poses[24], here[12], told[36], way[12];
+  turn(0, here);
+  turn(0.8, poses);
+  turn(1.2, poses + 12);
+  wf_frame frame;
+  wf_frame_init(&frame, sizeof frame);
+  frame.pose_bodies = rigid;
+  frame.pose_count = 2;
+  frame.poses = poses;
+  CHECK(wf_trial(session, &frame, NULL, NULL, 0) == WF_OK && wf_poses(session, told, 36) == WF_OK);
+  for (int b = 0; b < 3; ++b) CHECK(memcmp(told + 12 * b, here, sizeof here) == 0);
+  CHECK(wf_commit(session, 0.3) == WF_OK && wf_poses(session, told, 36) == WF_OK);
+  CHECK(wf_part_way(here, poses, 12, 0.3, WF_FLOAT64, way) == WF_OK && memcmp(told, way, sizeof way) == 0);
+  CHECK(wf_screw_way(here, poses + 12, 0.3, WF_FLOAT64, way) == WF_OK && memcmp(told + 12, way, sizeof way) == 0);
+  CHECK(fabs(way[0] - cos(0.36)) < 1e-12 && memcmp(told + 24, here, sizeof here) == 0);
+  double at[18];
+  CHECK(wf_positions(session, at, 18) == WF_OK && fabs(at[10] - (way[4] * .25 + way[5] * .25)) < 1e-12);
+  CHECK(wf_screw_way(here, poses, 0.3, WF_FLOAT32, here) == WF_OK && here[0] == (float)here[0]);
+  REFUSED(wf_poses(session, told, 35), WF_INVALID_ARGUMENT, "36 are needed");
+  REFUSED(wf_part_way(poses, poses, 12, 1.5, WF_FLOAT64, way), WF_INVALID_ARGUMENT, "fraction: 1.5");
+  REFUSED(wf_part_way(poses, NULL, 12, 1, WF_FLOAT64, way), WF_INVALID_ARGUMENT, "is null");
+  REFUSED(wf_screw_way(poses, poses, 1, 2, way), WF_INVALID_ARGUMENT, "type: 2");
+  poses[0] = 3;
+  REFUSED(wf_screw_way(way, poses, 1, WF_FLOAT64, way), WF_INVALID_ARGUMENT, "to: is not rigid");
+  wf_free(session);
+}
+
 static void test_float32(void) {
   float x0[18], x1[18];
   for (int i = 0; i < 18; ++i) {
@@ -262,6 +311,7 @@ int main(void) {
   CHECK(strcmp(wf_last_error(), "") == 0 && strchr(wf_version(), '.') != NULL);
   test_questions();
   test_parts_and_bodies();
+  test_poses();
   test_float32();
   test_refusals();
   test_shorter_structs();
