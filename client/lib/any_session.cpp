@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "client/lib/changes_in_one.h"
 #include "client/lib/local_session.h"
 
 namespace warmfront::client {
@@ -53,6 +54,7 @@ Result<std::uint32_t> AnySession::add_body(BodyAddition addition, const Position
   if (auto* remote = std::get_if<Session>(&held_)) return remote->add_body(std::move(addition), positions);
   LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
   if (Status idle = local.check_idle(); !idle) return idle.error();
+  if (Status kind = local.check_kind(positions, "positions"); !kind) return kind.error();
   return local.collider().add_body(std::move(addition), positions);
 }
 
@@ -70,6 +72,7 @@ Status AnySession::replace_body(std::uint32_t index, BodyAddition with, const Po
     return remote->replace_body(index, std::move(with), positions);
   LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
   if (Status idle = local.check_idle(); !idle) return idle;
+  if (Status kind = local.check_kind(positions, "positions"); !kind) return kind;
   return local.collider().replace_body(index, std::move(with), positions);
 }
 
@@ -99,6 +102,9 @@ Status AnySession::change(std::vector<SceneChange> changes, const std::optional<
   LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
   if (Status idle = local.check_idle(); !idle) return idle;
   if (changes.empty() && !options) return {};
+  if (local.float32()) {
+    if (Status exact = check_float32(changes); !exact) return exact;
+  }
   const std::size_t count = changes.size();
   std::size_t failed = 0;
   const Status changed = local.collider().change(std::move(changes), nullptr, &failed, options);

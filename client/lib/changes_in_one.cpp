@@ -20,24 +20,33 @@ const std::vector<double>* positions_in(const SceneChange& change) {
 
 }  // namespace
 
+Status check_float32(std::span<const SceneChange> changes) {
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const std::vector<double>* const positions = positions_in(changes[i]);
+    if (positions == nullptr) continue;
+    for (std::size_t k = 0; k < positions->size(); ++k) {
+      const double number = (*positions)[k];
+      // What is no number at all is the engine's to refuse.
+      if (static_cast<double>(static_cast<float>(number)) == number || number != number) continue;
+      return Error{ErrorCode::kInvalidArgument,
+                   "changes[" + std::to_string(i) + "]: positions[" + std::to_string(k / 3) +
+                       "]: " + std::to_string(number) +
+                       " is no float32, which the session's positions are; round it first"};
+    }
+  }
+  return {};
+}
+
 Result<ChangesInOne> ChangesInOne::create(std::vector<SceneChange> changes, bool float32) {
+  if (float32) {
+    if (Status exact = check_float32(changes); !exact) return exact.error();
+  }
   ChangesInOne made;
   made.float32_ = float32;
   made.float_positions_.resize(float32 ? changes.size() : 0);
   for (std::size_t i = 0; i < made.float_positions_.size(); ++i) {
-    const std::vector<double>* const positions = positions_in(changes[i]);
-    if (positions == nullptr) continue;
-    std::vector<float>& narrow = made.float_positions_[i];
-    narrow.reserve(positions->size());
-    for (const double number : *positions) {
-      narrow.push_back(static_cast<float>(number));
-      // What is no number at all is the daemon's to refuse.
-      if (static_cast<double>(narrow.back()) == number || number != number) continue;
-      return Error{ErrorCode::kInvalidArgument,
-                   "changes[" + std::to_string(i) + "]: positions[" +
-                       std::to_string((narrow.size() - 1) / 3) + "]: " + std::to_string(number) +
-                       " is no float32, which the session's positions are; round it first"};
-    }
+    if (const std::vector<double>* const positions = positions_in(changes[i]))
+      made.float_positions_[i].assign(positions->begin(), positions->end());
   }
   made.changes_ = std::move(changes);
   return made;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "client/lib/scene_changes.h"
@@ -11,10 +12,12 @@
 
 namespace warmfront::client {
 
+/// kInvalidArgument, naming the change and the vertex, for positions that float32 does not hold exactly.
+Status check_float32(std::span<const SceneChange> changes);
+
 class ChangesInOne {
  public:
-  /// For a session of float32 or of float64 positions. kInvalidArgument, naming the change, for positions
-  /// that float32 does not hold exactly.
+  /// For a session of float32, as check_float32() has it, or of float64 positions.
   static Result<ChangesInOne> create(std::vector<SceneChange> changes, bool float32);
 
   std::size_t size() const { return changes_.size(); }

@@ -83,27 +83,6 @@ class OwnFrame {
   Frame frame_;
 };
 
-// As a daemon's: one kind of positions for all of a session.
-Status check_kind(const Frame& frame, const Scene& scene, bool float32) {
-  const auto check = [&](const Positions& positions, const std::string& where) -> Status {
-    const bool given = std::holds_alternative<std::span<const float>>(positions);
-    const bool any = std::visit([](auto rows) { return !rows.empty(); }, positions);
-    if (!any || given == float32) return {};
-    return invalid_argument(where + ": the session was created with " + (float32 ? "float32" : "float64") +
-                            " positions; give every frame the same kind");
-  };
-  if (frame.positions) {
-    if (Status fits = check(*frame.positions, "positions"); !fits) return fits;
-  }
-  for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
-    const auto& [body, positions] = frame.bodies[i];
-    if (body >= scene.bodies().size()) continue;  // which the engine says
-    if (Status fits = check(positions, "positions"); !fits)
-      return of_body("bodies[" + std::to_string(i) + "]", body, scene.bodies()[body], fits.error());
-  }
-  return check(frame.vertex_positions, "vertex_positions");
-}
-
 Error at_frame(std::uint64_t number, const Error& error) {
   return {error.code, "frame " + std::to_string(number) + ": " + error.message};
 }
@@ -152,6 +131,29 @@ LocalSession::~LocalSession() {
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
+}
+
+// As a daemon's: one kind of positions for all of a session.
+Status LocalSession::check_kind(const Positions& positions, const std::string& where) const {
+  const bool single = std::holds_alternative<std::span<const float>>(positions);
+  const bool any = std::visit([](auto rows) { return !rows.empty(); }, positions);
+  if (!any || single == float32()) return {};
+  return invalid_argument(where + ": the session was created with " + (float32() ? "float32" : "float64") +
+                          " positions; give every frame the same kind");
+}
+
+Status LocalSession::check_kind(const Frame& frame) const {
+  if (frame.positions) {
+    if (Status fits = check_kind(*frame.positions, "positions"); !fits) return fits;
+  }
+  const std::span<const Body> bodies = collider_.scene().bodies();
+  for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
+    const auto& [body, positions] = frame.bodies[i];
+    if (body >= bodies.size()) continue;  // which the engine says
+    if (Status fits = check_kind(positions, "positions"); !fits)
+      return of_body("bodies[" + std::to_string(i) + "]", body, bodies[body], fits.error());
+  }
+  return check_kind(frame.vertex_positions, "vertex_positions");
 }
 
 Status LocalSession::check_idle() const {
@@ -256,12 +258,12 @@ Status LocalSession::check(const Request& request) const {
   if (Status valid = validate(merged(collider_.options(), question)); !valid)
     return of_question(valid.error());
   if (!request.moves()) return {};
-  return check_kind(request.frame, collider_.scene(), rounding_ == Rounding::kFloat32);
+  return check_kind(request.frame);
 }
 
 Frame LocalSession::as_sent(const Frame& frame) {
   Frame sent = frame;
-  if (rounding_ == Rounding::kFloat32 && !frame.poses.empty()) {
+  if (float32() && !frame.poses.empty()) {
     rounded_.clear();
     for (const BodyPose& pose : frame.poses) rounded_.push_back({pose.body, in_float32(pose.pose)});
     sent.poses = rounded_;

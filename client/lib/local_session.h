@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -44,6 +45,9 @@ class LocalSession : public std::enable_shared_from_this<LocalSession> {
 
   /// As Questions::ask(). What nobody else can ask meanwhile is computed at once, on this thread.
   std::shared_ptr<PendingAnswer> ask(const Request& request, const WaitOptions& wait, bool handed_out);
+  bool float32() const { return rounding_ == Rounding::kFloat32; }
+  /// kInvalidArgument, in words that begin with `where`, for positions of another type than the session's.
+  Status check_kind(const Positions& positions, const std::string& where) const;
   /// kFailedPrecondition while answers are awaited. If not, collider() is the caller's.
   Status check_idle() const;
   Collider& collider() { return collider_; }
@@ -64,6 +68,7 @@ class LocalSession : public std::enable_shared_from_this<LocalSession> {
   Frame as_sent(const Frame& frame);
   /// As a daemon looks at a question before it carries it out.
   Status check(const Request& request) const;
+  Status check_kind(const Frame& frame) const;
 
   // Used by whoever computes: the thread while jobs_ are there, else who uses the session.
   Collider collider_;

@@ -118,6 +118,24 @@ TYPED_TEST(AnySessionState, IsWhereTheLastStepOrCommitPutIt) {
   this->expect_at({Pose(), Pose(), after[2]});
 }
 
+TYPED_TEST(AnySessionState, OfAnotherTypeIsRefused) {
+  using Other = std::conditional_t<TestFixture::kSingle, double, float>;
+  const std::vector<Other> other(12, Other{1});
+  const std::span<const Other> rows(other);
+  for (AnySession& session : this->both_) {
+    BodyAddition body;
+    body.faces = testing::tetrahedron();
+    body.body.vertex_count = 4;
+    for (const Status& status :
+         {Status(session.add_body(body, rows).error()), session.replace_body(1, body, rows)}) {
+      ASSERT_FALSE(status.ok()) << session.is_remote();
+      EXPECT_EQ(status.error().message, std::string("positions: the session was created with ") +
+                                            (TestFixture::kSingle ? "float32" : "float64") +
+                                            " positions; give every frame the same kind");
+    }
+  }
+}
+
 TYPED_TEST(AnySessionState, IsNotToldWhileAFrameIsOnItsWay) {
   for (AnySession& session : this->both_) {
     Pending<Answer> asked = session.step_async(Frame(typename TestFixture::Rows(this->start_)));
