@@ -161,6 +161,7 @@ void SceneState::apply(PutBody&& put) {
     with.thickness.resize(count);
     const auto at = thickness.begin() + first;
     thickness.insert(thickness.erase(at, at + before), with.thickness.begin(), with.thickness.end());
+    forget_zero_thickness();
   }
   scene_.vertex_count += count - before;
   for (std::size_t b = std::size_t{index} + 1; b < scene_.bodies.size(); ++b)

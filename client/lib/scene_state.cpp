@@ -51,9 +51,12 @@ SceneState::SceneState(SceneDescription scene, const Positions& positions)
       positions_(FrameBytes::copy_of(bytes_of(positions), nullptr)),
       poses_(scene_.bodies.size()) {
   scene_.filters.rest_at(positions);
-  const auto is_zero = [](double thickness) { return thickness == 0; };
-  if (scene_.thickness.size() == scene_.vertex_count && std::ranges::all_of(scene_.thickness, is_zero))
-    scene_.thickness.clear();  // nothing that a daemon has to know
+  if (scene_.thickness.size() == scene_.vertex_count) forget_zero_thickness();  // another number is refused
+}
+
+void SceneState::forget_zero_thickness() {
+  if (std::ranges::all_of(scene_.thickness, [](double thickness) { return thickness == 0; }))
+    scene_.thickness.clear();
 }
 
 std::vector<double> SceneState::placed() const {

@@ -94,6 +94,8 @@ class SceneState {
                     const std::vector<std::array<std::int32_t, 3>>& faces,
                     const std::vector<std::array<std::int32_t, 2>>& edges);
 
+  /// Thickness of 0 everywhere is none, as in the engine: a daemon is told of what it has to know alone.
+  void forget_zero_thickness();
   /// The positions, for writing: a frame's own are copied first.
   std::string& own_positions();
 

@@ -113,7 +113,8 @@ class PutBody:
         if state.thickness is not None or self.thickness is not None:
             before = np.zeros(state.vertex_count) if state.thickness is None else state.thickness
             given = np.zeros(len(self.rows)) if self.thickness is None else self.thickness
-            state.thickness = np.concatenate([before[:first], given, before[end:]])
+            after = np.concatenate([before[:first], given, before[end:]])
+            state.thickness = after if after.any() else None  # as in the engine, and as a daemon is told of it
         state.filters = state.filters.with_replaced(first, end, self.rows)
         state.replace_rows(first, end, self.rows)
         state.bodies[index] = replace(self.body, first_vertex=first)

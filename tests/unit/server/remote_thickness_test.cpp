@@ -102,6 +102,25 @@ TEST(RemoteThicknessTest, WhereNothingIsThickOrNotAnyMoreTheSessionIsMadeAgain) 
   EXPECT_EQ(session.resumes(), 1u);
 }
 
+// The client kept that there is some, of vertices that it no longer knew of.
+TEST(RemoteThicknessTest, WhereWhatWasThickMadeWayTheSessionIsMadeAgain) {
+  LocalDaemon daemon;
+  Client client = Client::connect(daemon.address()).value();
+  const MovingGrids grids(6);
+  const std::vector<double> start = grids.positions(0), next = grids.positions(1);
+  SceneDescription scene = two_bodies(grids);
+  const std::uint32_t half = grids.vertex_count() / 2;
+  scene.thickness.assign(grids.vertex_count(), 0.0);
+  scene.thickness[half] = 0.1;
+  client::Session session = client.create_session(scene, Doubles(start)).value();
+  const BodyAddition thin{{"", 0, half}, {{0, 1, 6}}, {}, std::vector<double>(half, 0.0)};
+  ASSERT_TRUE(session.replace_body(1, thin, Doubles(start).subspan(std::size_t{3} * half)).ok());
+  daemon.restart();
+  const auto answer = session.step(Frame(Doubles(next)));
+  ASSERT_TRUE(answer.ok()) << answer.error().message;
+  EXPECT_EQ(session.resumes(), 1u);
+}
+
 TEST(RemoteThicknessTest, WhatIsWrongAtTheStartHasTheSameCode) {
   LocalDaemon daemon;
   Client client = Client::connect(daemon.address()).value();

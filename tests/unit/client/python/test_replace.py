@@ -123,6 +123,15 @@ def test_thickness_and_filters_go_with_the_vertices(daemon, client):
         assert bits(session.proximity(0))[1:] == expected[1:]
 
 
+def test_where_what_was_thick_made_way_the_session_is_made_again(daemon, client):
+    before, faces, bodies = three([3, 3])
+    with client.session(before, faces, bodies=bodies, thickness=np.r_[np.zeros(16), np.full(16, 0.06)]) as session:
+        session.replace_body(1, sheet(2, 0.05), grid(2), thickness=0)
+        daemon.restart()
+        session.step()
+        assert session.resumes == 1 and client.get_session(session.id).most_thickness == 0
+
+
 @pytest.mark.parametrize("message, replace", [
     (r"index: body 2 is not in \[0, 2\); give the number of one of the scene's bodies", lambda s: s.replace_elements(2, [])),
     (r"faces\[0\]\[2\]: vertex index 16 is not in \[0, 16\); a body's faces and edges number its own vertices, from 0",
