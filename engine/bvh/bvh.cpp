@@ -159,10 +159,14 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
     else
       (lists(), ...);
   };
+  // Refit writes these, and list_corners().
+  make_room(nodes, node_count);
+  make_room(leaves.blocks, in_blocks ? shape.block_count() : 0);
+  make_room(leaves.corners, in_blocks ? shape.block_count() : 0);
+  make_room(leaves.wide, wide ? shape.leaf_count() : 0);
   // The system maps what is new page by page as it is touched: a list each.
   make_all(
       [&] {
-        make_room(nodes, node_count, stop);
         begin_anew(motion.states, node_count, stop);
         motion.renewed = {};
         begin_anew(travel.nodes, keep_travel ? node_count : 0, stop);
@@ -170,9 +174,6 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
       [&] {
         begin_anew(travel.blocks, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, stop);
       },
-      [&] { make_room(leaves.blocks, in_blocks ? shape.block_count() : 0, stop); },
-      [&] { make_room(leaves.corners, in_blocks ? shape.block_count() : 0, stop); },
-      [&] { make_room(leaves.wide, wide ? shape.leaf_count() : 0, stop); },
       [&] { begin_anew(leaves.grids, in_blocks ? shape.leaf_count() : 0, stop); },
       [&] { list_leaves(stop); });
   list_block_vertices(scene, stop);

@@ -17,6 +17,7 @@
 #include "engine/bvh/tree_motion.h"
 #include "engine/bvh/tree_shape.h"
 #include "engine/bvh/tree_travel.h"
+#include "engine/parallel/unwritten_list.h"
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
 #include "engine/scene/primitives.h"
@@ -39,7 +40,7 @@ template <class Bounds>
 struct Bvh {
   TreeShape shape;
   std::vector<Primitive> order;  ///< primitive at each position
-  std::vector<Bounds> nodes;     ///< by NodeId
+  UnwrittenList<Bounds> nodes;   ///< by NodeId
   LeafContents<Bounds> leaves;
   LeavesOf<NewFace> face_leaves;
   LeavesOf<EdgeId> segment_leaves;

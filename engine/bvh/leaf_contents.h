@@ -10,6 +10,7 @@
 #include "engine/bvh/leaf_grid.h"
 #include "engine/bvh/shared_vertices.h"
 #include "engine/bvh/tree_shape.h"
+#include "engine/parallel/unwritten_list.h"
 #include "engine/scene/held_bytes.h"
 
 namespace warmfront {
@@ -19,9 +20,9 @@ template <class Bounds>
 struct LeafContents {
   std::vector<BlockRange> blocks_of;             ///< by leaf, as the shape says
   std::vector<LeafGrid<Bounds>> grids;           ///< by leaf: what the numbers of its blocks are in
-  std::vector<EightBounds<Bounds>> wide;         ///< by leaf, of its blocks; empty where each has one
-  std::vector<EightBounds<Bounds>> blocks;       ///< by block, of its primitives
-  std::vector<EightCorners> corners;             ///< by block
+  UnwrittenList<EightBounds<Bounds>> wide;       ///< by leaf, of its blocks; empty where each has one
+  UnwrittenList<EightBounds<Bounds>> blocks;     ///< by block, of its primitives
+  UnwrittenList<EightCorners> corners;           ///< by block
   std::shared_ptr<const SharedVertices> shared;  ///< of the blocks; null where it is computed when asked
 
   std::size_t memory_bytes() const {
