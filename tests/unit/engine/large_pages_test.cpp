@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists that grow ask for large pages, and nothing that is smaller does.
+// Lists that grow ask for large pages, and nothing that is smaller does; some leave new memory to who writes
+// it.
+#include "engine/parallel/large_pages.h"
+
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
 
-#include "engine/parallel/large_pages.h"
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/parallel/unwritten_list.h"
 
 namespace warmfront {
 namespace {
@@ -53,6 +57,30 @@ TEST(LargePages, OfWhatHasNoneNothingIsAsked) {
   prefer_large_pages(bytes, kBytes);
   EXPECT_EQ(flags_of(bytes).find(" hg "), std::string::npos);
   ::munmap(bytes, kBytes);
+}
+
+/// Pages of 4 KiB that are in memory, of those that lie in these bytes as a whole.
+std::size_t resident_pages(const void* begin, std::size_t bytes) {
+  constexpr std::uintptr_t kPage = 4096;
+  const std::uintptr_t first = (reinterpret_cast<std::uintptr_t>(begin) + kPage - 1) / kPage * kPage;
+  std::vector<unsigned char> in_memory(bytes / kPage - 1);
+  EXPECT_EQ(::mincore(reinterpret_cast<void*>(first), kPage * in_memory.size(), in_memory.data()), 0);
+  return static_cast<std::size_t>(std::ranges::count_if(in_memory, [](unsigned char in) { return in & 1; }));
+}
+
+TEST(UnwrittenLists, AreMappedByWhoWritesThem) {
+  constexpr std::size_t kPages = 16384;
+  constexpr std::size_t kBytes = 4096 * kPages;
+  UnwrittenList<std::uint64_t> list;
+  make_room(list, kBytes / sizeof(std::uint64_t));
+  EXPECT_LT(resident_pages(list.data(), kBytes), kPages / 8);
+  std::ranges::fill(list, 7U);
+  EXPECT_GT(resident_pages(list.data(), kBytes), kPages / 8 * 7);
+  const std::uint64_t* const before = list.data();
+  make_room(list, 5);
+  EXPECT_EQ(list.size(), 5U);
+  make_room(list, kBytes / sizeof(std::uint64_t));
+  EXPECT_EQ(list.data(), before) << "what has room gets no other";
 }
 
 }  // namespace
