@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tests/faults/hex.h"
 #include "tests/faults/session_driver.h"
 
 extern char** environ;
@@ -23,34 +24,6 @@ namespace {
 using nlohmann::json;
 using testing::AddOperation;
 using testing::StepOperation;
-
-template <class T>
-std::string hex(const T* values, std::size_t count) {
-  static const char* const digits = "0123456789abcdef";
-  const auto* bytes = reinterpret_cast<const unsigned char*>(values);
-  std::string text;
-  for (std::size_t i = 0; i < count * sizeof(T); ++i) {
-    text += digits[bytes[i] >> 4];
-    text += digits[bytes[i] & 15];
-  }
-  return text;
-}
-template <class T>
-std::string hex(const std::vector<T>& values) {
-  return hex(values.data(), values.size());
-}
-
-template <class T>
-std::vector<T> from_hex(const std::string& text) {
-  const auto digit = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };
-  std::string bytes;
-  for (std::size_t i = 0; i + 1 < text.size(); i += 2)
-    bytes += static_cast<char>(digit(text[i]) * 16 + digit(text[i + 1]));
-  std::vector<T> values(bytes.size() / sizeof(T));
-  if (!values.empty())
-    std::memcpy(static_cast<void*>(values.data()), bytes.data(), values.size() * sizeof(T));
-  return values;
-}
 
 json told(const Body& body) {
   constexpr const char* kKinds[] = {"deformable", "rigid", "static", "removed"};
@@ -272,6 +245,7 @@ class PythonDriver final : public SessionDriver {
     const Result<json> reply = ask("add_body", {{"body", told(add.addition.body)},
                                                 {"faces", hex(add.addition.faces)},
                                                 {"edges", hex(add.addition.edges)},
+                                                {"thickness", hex(add.addition.thickness)},
                                                 {"positions", hex(add.positions)}});
     if (!reply) return reply.error();
     return reply.value().at("index").get<std::uint32_t>();
@@ -305,6 +279,15 @@ class PythonDriver final : public SessionDriver {
                                      {"positions", hex(change.positions)}}));
   }
   Status close() override { return done(ask("close", json::object())); }
+  std::optional<Result<State>> state() override {
+    const Result<json> reply = ask("state", json::object());
+    if (!reply) return reply.error();
+    State state{from_hex<double>(reply.value().at("positions")), {}};
+    const auto poses = from_hex<Pose>(reply.value().at("poses"));
+    for (const std::uint32_t body : from_hex<std::uint32_t>(reply.value().at("bodies")))
+      state.poses.push_back({body, poses[state.poses.size()]});
+    return state;
+  }
   std::string id() const override { return id_; }
   std::uint32_t window() const override { return window_; }
 

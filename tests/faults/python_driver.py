@@ -140,7 +140,8 @@ class Driver:
 
     def add_body(self, request):
         return {"index": self.session.add_body(body_of(request["body"]), array(request["faces"], "<i4", -1, 3),
-                                               rows(request["positions"]), array(request["edges"], "<i4", -1, 2))}
+                                               rows(request["positions"]), array(request["edges"], "<i4", -1, 2),
+                                               array(request["thickness"], "<f8") if request["thickness"] else None)}
 
     def change_body(self, request):
         self.session.change_body(request["index"], body_of(request["body"]))
@@ -173,6 +174,13 @@ class Driver:
                                   array(request["edges"], "<i4", -1, 2), thickness if thickness.size > 0 else None,
                                   body_of(request["body"]))
         return {}
+
+    def state(self, request):
+        rigid = [b for b, body in enumerate(self.session.bodies) if body.kind == "rigid"]
+        poses = self.session.poses
+        assert all(b in rigid for b in poses)
+        return {"positions": self.session.positions.tobytes().hex(), "bodies": np.array(rigid, "<u4").tobytes().hex(),
+                "poses": b"".join(poses.get(b, np.eye(3, 4)).tobytes() for b in rigid).hex()}
 
     def close(self, request):
         self.session.close()

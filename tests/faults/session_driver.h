@@ -53,7 +53,7 @@ class SessionDriver {
     std::vector<BodyPose> poses;
   };
   /// Empty: this driver does not tell.
-  virtual std::optional<Result<State>> state() const { return std::nullopt; }
+  virtual std::optional<Result<State>> state() { return std::nullopt; }
 
   virtual std::string id() const = 0;
   virtual std::uint32_t window() const = 0;

@@ -117,6 +117,7 @@ void accept_addition(AcceptedState& state, const AddOperation& add) {
   state.scene.vertex_count += body.vertex_count;
   state.scene.bodies.push_back(body);
   std::vector<double>& thickness = state.scene.thickness;
+  if (!add.addition.thickness.empty()) thickness.resize(body.first_vertex, 0.0);
   thickness.insert(thickness.end(), add.addition.thickness.begin(), add.addition.thickness.end());
   if (!thickness.empty()) thickness.resize(state.scene.vertex_count, 0.0);
   PairFilters& filters = state.scene.filters;

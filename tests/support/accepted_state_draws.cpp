@@ -239,7 +239,11 @@ AddOperation draw_addition(Draws& draws, const AcceptedState& state) {
   Shape shape = draw_shape(draws);
   for (double& x : shape.positions) x = x * state.unit + state.offset;
   const Body body = draw_body(draws, shape.positions.size() / 3, state.unit, state.may_turn);
-  return {{body, std::move(shape.faces), std::move(shape.edges)}, std::move(shape.positions)};
+  std::vector<double> thickness;
+  for (std::uint32_t v = draws.below(4) == 0 ? 0 : body.vertex_count; v < body.vertex_count; ++v)
+    thickness.push_back(draws.below(3) * 0.01 * state.unit);
+  return {{body, std::move(shape.faces), std::move(shape.edges), std::move(thickness)},
+          std::move(shape.positions)};
 }
 
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state) {

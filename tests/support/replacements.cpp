@@ -156,6 +156,8 @@ SceneChange draw_body_replacement(Draws& draws, const AcceptedState& state, std:
   }
   AddOperation other = draw_mesh(draws, state);
   ReplaceBody change{index, std::move(other.addition), std::move(other.positions)};
+  // Once its vertices are thick, another change of the list would have to say how thick theirs are.
+  change.addition.thickness.clear();
   if (!state.scene.thickness.empty()) {
     for (std::uint32_t v = 0; v < change.addition.body.vertex_count; ++v)
       change.addition.thickness.push_back(draws.below(2) * 0.02 * state.unit);

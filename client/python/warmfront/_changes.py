@@ -33,17 +33,18 @@ class _Changing(abc.ABC):
     @abc.abstractmethod
     def change_options(self, options: Options) -> None: ...
 
-    def add_body(self, body: Body, faces: Any, positions: Any, edges: Any = None) -> int:
+    def add_body(self, body: Body, faces: Any, positions: Any, edges: Any = None, thickness: Any = None) -> int:
         """Adds a stationary body and returns its index, the previous number of bodies; its vertices, faces and
         edges come after all others. faces (m, 3) and edges (k, 2), as in `Client.session()`, number its own vertices from 0;
-        positions (vertex_count, 3) of the session's dtype. Of a
+        positions (vertex_count, 3) of the session's dtype; thickness (vertex_count), or one number, besides the body's. Of a
         half-space, which has none of these, give None.
 
-        FailedPreconditionError while frames are unanswered, or in a session that declared no bodies.
+        FailedPreconditionError while frames are unanswered, or in a session that declared no bodies; UnimplementedError where the
+        daemon is older than thickness of vertices that are added.
         """
         with self._turn:
             index = len(self._scene().bodies)
-            self._change(lambda state: PutBody.added(state, body, faces, positions, edges))
+            self._change(lambda state: PutBody.added(state, body, faces, positions, edges, thickness))
             return index
 
     def change_body(self, index: int, body: Body) -> None:

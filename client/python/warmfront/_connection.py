@@ -43,8 +43,8 @@ _TOO_OLD_FOR = {
     session_pb2.FEATURE_HALF_SPACES: "half_space: the daemon is older than half-spaces; update it, or give a mesh instead",
     session_pb2.FEATURE_OPTION_CHANGES: "the daemon is older than changes of options and excluded pairs; update it, or create "
                                         "the session again with the others",
-    session_pb2.FEATURE_REPLACE: "the daemon is older than replacing elements and bodies; update it, or create the session "
-                                 "again with the other scene",
+    session_pb2.FEATURE_REPLACE: "the daemon is older than replacing elements and bodies, and thickness of vertices that are "
+                                 "added; update it, or create the session again with the other scene",
 }
 
 

@@ -54,11 +54,11 @@ class PutBody:
     thickness: Optional[npt.NDArray[np.float64]]
 
     @staticmethod
-    def added(state: SceneState, body: Body, faces: Any, positions: Any, edges: Any) -> PutBody:
+    def added(state: SceneState, body: Body, faces: Any, positions: Any, edges: Any, thickness: Any) -> PutBody:
         """positions may be None for a half-space."""
         none = positions is None and body.half_space is not None
         rows = np.empty((0, 3), state.dtype) if none else positions_of(positions, body.vertex_count, state.dtype)
-        return PutBody(None, body, faces_of(faces), edges_of(edges), rows, None)
+        return PutBody(None, body, faces_of(faces), edges_of(edges), rows, thickness_of(thickness, len(rows)))
 
     @staticmethod
     def in_place_of(state: SceneState, index: int, body: Optional[Body], faces: Any, positions: Any, edges: Any,
@@ -77,7 +77,7 @@ class PutBody:
     @property
     def features(self) -> list[session_pb2.Feature]:
         return [
-            *([] if self.index is None else [session_pb2.FEATURE_REPLACE]), *_features_of(self.body),
+            *([] if self.index is None and self.thickness is None else [session_pb2.FEATURE_REPLACE]), *_features_of(self.body),
             *([session_pb2.FEATURE_EDGES] if len(self.edges) > 0 else []),
             *([session_pb2.FEATURE_HALF_SPACES] if self.body.half_space is not None else []),
         ]

@@ -123,6 +123,21 @@ def test_thickness_and_filters_go_with_the_vertices(daemon, client):
         assert bits(session.proximity(0))[1:] == expected[1:]
 
 
+def test_what_is_added_may_have_thickness_of_its_vertices(anywhere):
+    before, faces, bodies = three([3, 3])
+    above = sheet(2, 0.05)
+    counts = []
+    for thickness in (None, 0, 0.06, np.full(9, 0.06)):
+        with anywhere.session(before, faces, bodies=bodies) as session:
+            assert session.add_body(Body(9), grid(2), above, thickness=thickness) == 2
+            assert session.info().most_thickness == (0.06 if np.any(thickness) else 0)
+            counts.append(len(session.proximity(0)))
+    assert counts[0] == counts[1] < counts[2] == counts[3]
+    with anywhere.session(before, faces, bodies=bodies, thickness=0.01) as session:
+        with pytest.raises(InvalidArgumentError, match=r"thickness: shape \(4,\); give \(9,\)"):
+            session.add_body(Body(9), grid(2), above, thickness=[0.06] * 4)
+
+
 def test_where_what_was_thick_made_way_the_session_is_made_again(daemon, client):
     before, faces, bodies = three([3, 3])
     with client.session(before, faces, bodies=bodies, thickness=np.r_[np.zeros(16), np.full(16, 0.06)]) as session:
