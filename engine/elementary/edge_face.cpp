@@ -21,13 +21,15 @@ const Point& standing(const VertexMotion& vertex, Instant at) {
 //
 // Error bound: that of the cubic's first coefficient (README.md, "Error bounds"), 6 products of 8.01 u each
 // of the three largest coordinates. A product that underflows errs by 2^-1075 and is multiplied by one
-// coordinate at most. What overflows compares as unknown.
+// coordinate at most. A product may overflow where the bound does not: then the sum is infinite or no number,
+// and says nothing of the sign.
 int certain_orientation(const Point& a, const Point& b, const Point& c, const Point& d) {
   const auto from_a = [&](const Point& x) { return Vec3{x[0] - a[0], x[1] - a[1], x[2] - a[2]}; };
   const Vec3 p = from_a(b);
   const Vec3 q = from_a(c);
   const Vec3 r = from_a(d);
   const double det = dot(p, cross(q, r));
+  if (!std::isfinite(det)) return kUnknownSign;
   const double size = max_abs(p);
   const double bound = 64 * kUnit * size * max_abs(q) * max_abs(r) + 0x1p-1060 * (1 + size);
   return det > bound ? 1 : det < -bound ? -1 : kUnknownSign;

@@ -160,6 +160,25 @@ TEST(EdgeFace, CoordinatesOfEveryExponent) {
   EXPECT_GT(exact_tests, 0U);
 }
 
+// Products of three differences lie on both sides of the largest double, and so do sums of these.
+TEST(EdgeFace, WhereProductsOverflowNoSignIsTakenForSure) {
+  std::mt19937_64 random(2029);
+  std::uint64_t exact_tests = 0;
+  int meet = 0;
+  for (int i = 0; i < 8000; ++i) {
+    std::uniform_real_distribution<double> coordinate(-std::ldexp(1, 339 + i % 4),
+                                                      std::ldexp(1, 339 + i % 4));
+    Case made;
+    for (VertexMotion& vertex : made.vertices) {
+      for (int axis = 0; axis < 3; ++axis) vertex.t0[axis] = vertex.t1[axis] = coordinate(random);
+    }
+    const bool truth = made.truth(Instant::kStart);
+    meet += truth ? 1 : 0;
+    ASSERT_EQ(edge_meets_face(made.view(), Instant::kStart, exact_tests), truth) << i;
+  }
+  EXPECT_GT(meet, 200);
+}
+
 std::mt19937_64 draw_random() {
   return std::mt19937_64(*rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>()));
 }
@@ -207,6 +226,11 @@ std::vector<Contact> list(const Result<StepResult>& result) {
   return {result.value().contacts.begin(), result.value().contacts.end()};
 }
 
+std::vector<double> scaled(std::vector<double> x, double unit) {
+  for (double& coordinate : x) coordinate *= unit;
+  return x;
+}
+
 RC_GTEST_PROP(Intersections, EqualBruteForceAndDisturbNothing, ()) {
   std::mt19937_64 random = draw_random();
   testing::RandomScene made = testing::random_scene(random);
@@ -216,8 +240,10 @@ RC_GTEST_PROP(Intersections, EqualBruteForceAndDisturbNothing, ()) {
   options.front = static_cast<FrontMode>(random() % 3);
   options.bounds = static_cast<BoundsKind>(random() % 3);
   options.leaf_size = random() % 2 == 0 ? 64 : 1;
-  if (options.tier != Tier::kFast && random() % 3 == 0) options.min_separation = 0.05;
-  std::vector<double> x = made.positions;
+  // In some units products of three lengths are near the largest double.
+  const double unit = random() % 6 == 0 ? std::ldexp(1, 339 + static_cast<int>(random() % 4)) : 1;
+  if (options.tier != Tier::kFast && random() % 3 == 0) options.min_separation = 0.05 * unit;
+  std::vector<double> x = scaled(made.positions, unit);
   Collider asked =
       Collider::create(made.scene, std::span<const double>(x), options, testing::workers()).value();
   Collider beside =
@@ -238,12 +264,13 @@ RC_GTEST_PROP(Intersections, EqualBruteForceAndDisturbNothing, ()) {
   };
   for (int k = 0; k < 3; ++k) {
     ask(Where::kBase, x);
-    std::vector<double> y = testing::random_motion(random, *made.scene, x);
+    std::vector<double> y = testing::random_motion(random, *made.scene, scaled(x, 1 / unit));
     if (random() % 3 == 0) make_degenerate(random, y);
+    y = scaled(y, unit);
     const std::span<const double> there = y;
     RC_ASSERT(list(asked.trial(there)) == list(beside.trial(there)));
     ask(Where::kTrialEnd, y);
-    if (random() % 2 == 0) RC_ASSERT(asked.proximity(0.02, Where::kTrialEnd).ok());
+    if (random() % 2 == 0) RC_ASSERT(asked.proximity(0.02 * unit, Where::kTrialEnd).ok());
     if (random() % 2 == 0) ask(Where::kBase, x);
     const double fraction = random() % 2 == 0 ? 1 : 0.375;
     RC_ASSERT(asked.commit(fraction).value().vf == beside.commit(fraction).value().vf);
