@@ -104,6 +104,18 @@ void Bvh<Bounds>::list_leaves(StopSignal stop) {
   using Ranges = std::array<Range, 2>;  // faces, segments
   const auto ranges_of = [&](std::size_t first, std::size_t end) {
     Ranges ranges;
+    // Most often all are faces, and there is nothing to decide for each.
+    std::uint32_t all = 0, least = std::numeric_limits<std::uint32_t>::max(), most = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      const auto p = static_cast<std::uint32_t>(order[i]);
+      all |= p;
+      least = std::min(least, p);
+      most = std::max(most, p);
+    }
+    if (is_face(Primitive{all})) {
+      if (end > first) ranges[0] = {least, most + 1};
+      return ranges;
+    }
     for (std::size_t i = first; i < end; ++i) {
       const Primitive p = order[i];
       if (is_point(p)) continue;

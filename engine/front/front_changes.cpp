@@ -15,7 +15,11 @@ void Front<Bounds>::follow(PartId part, std::span<const Bvh<Bounds>> trees,
                            StopSignal stop) {
   const Bvh<Bounds>& tree = trees[number_of(part)];
   const std::vector<std::uint8_t>& holds = tree.motion.renewed;
-  PacedStop paced(stop);
+  // What holds something new is one of these leaves, or above one.
+  NodeSet leaves;
+  for (NodeId leaf = tree.shape.first_leaf(); leaf < tree.shape.end_node(); ++leaf)
+    if (holds[number_of(leaf)] != 0) leaves.add(leaf);
+  PacedStop paced(stop, 64);
   for (FrontSegment& segment : segments_) {
     paced.check();
     const bool is_a = segment.parts.a == part, is_b = segment.parts.b == part;
@@ -30,8 +34,9 @@ void Front<Bounds>::follow(PartId part, std::span<const Bvh<Bounds>> trees,
     const auto& travel_b = trees[number_of(segment.parts.b)].travel.nodes;
     const bool budgets = !travel_a.empty() && !travel_b.empty();
     for (FrontChunk& chunk : segment.chunks) {
+      paced.check();
+      if (!(is_a && chunk.nodes_a.meets(leaves)) && !(is_b && chunk.nodes_b.meets(leaves))) continue;
       for (FrontPair& pair : chunk.pairs) {
-        paced.check();
         const auto [a, b] = pair.nodes;
         if (!(is_a && holds[number_of(a)] != 0) && !(is_b && holds[number_of(b)] != 0)) continue;
         pair.budget =

@@ -2,7 +2,6 @@
 // Which blocks share a vertex, subtree by subtree.
 #include <algorithm>
 #include <cstdint>
-#include <iterator>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -54,6 +53,19 @@ void append(NeighbourChunk& chunk, const TreeShape& shape, const LeafRun& run) {
     chunk.nodes.add(shape.node_of(leaves.b));
   }
 }
+// A chunk of these, with no room for more.
+NeighbourChunk chunk_of(std::span<const LeafRun> runs, const TreeShape& shape) {
+  std::size_t leaves = 0, pairs = 0;
+  for (const LeafRun& run : runs) {
+    leaves += run.leaves.size();
+    pairs += run.pairs.size();
+  }
+  NeighbourChunk chunk;
+  chunk.leaves.reserve(leaves);
+  chunk.pairs.reserve(pairs);
+  for (const LeafRun& run : runs) append(chunk, shape, run);
+  return chunk;
+}
 void shrink(NeighbourChunk& chunk) {
   chunk.leaves.shrink_to_fit();
   chunk.pairs.shrink_to_fit();
@@ -100,7 +112,11 @@ class SubtreeLists {
   }
 
   struct Buffers {
-    std::vector<NeighbourPair> of_leaf;
+    struct ToLeaf {
+      NeighbourPair pair;
+      LeafId other;  // of block b
+    };
+    std::vector<ToLeaf> of_leaf;
     std::vector<LeafId> others;  // the leaves that these reach, ascending
   };
   void list_leaf(LeafId leaf, ListOfLeaves& own, Buffers& buffers) const {
@@ -113,8 +129,8 @@ class SubtreeLists {
       tree_.leaves.shared->for_neighbours(a, [&, a, &of_leaf = of_leaf, &others = others](BlockId b) {
         const NodeTravel& of_a = tree_.travel.blocks[number_of(a)];
         const NodeTravel& of_b = tree_.travel.blocks[number_of(b)];
-        of_leaf.push_back({a, b, TravelBudget::grant(of_a, of_b, -1), tree_.excluded(a, b)});
         const LeafId other = leaf_of_[number_of(b)];
+        of_leaf.push_back({{a, b, TravelBudget::grant(of_a, of_b, -1), tree_.excluded(a, b)}, other});
         const auto at = std::ranges::lower_bound(others, other);
         if (at == others.end() || *at != other) others.insert(at, other);
       });
@@ -124,8 +140,8 @@ class SubtreeLists {
       if (patches_.are_one(shape.node_of(leaf), shape.node_of(other))) continue;  // as a traversal does
       const bool within = shape.subtree_of(shape.node_of(other)) == subtree;
       NeighbourChunk& chunk = within ? own.within : own.across;
-      std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),
-                           [&](const NeighbourPair& pair) { return leaf_of_[number_of(pair.b)] == other; });
+      for (const auto& [pair, leaf_of_b] : of_leaf)
+        if (leaf_of_b == other) chunk.pairs.push_back(pair);
       add_leaves(chunk, shape, leaf, other);
     }
   }
@@ -244,9 +260,7 @@ void put_across(std::vector<NeighbourChunk>& chunks, const TreeShape& shape, std
       0, ends.size(), stop,
       [&](std::size_t c) {
         const std::size_t first = c == 0 ? 0 : ends[c - 1];
-        for (const LeafRun& run : runs.subspan(first, ends[c] - first))
-          append(chunks[subtrees + c], shape, run);
-        shrink(chunks[subtrees + c]);
+        chunks[subtrees + c] = chunk_of(runs.subspan(first, ends[c] - first), shape);
       },
       1);
 }
@@ -291,11 +305,10 @@ std::vector<NeighbourChunk> follow_neighbours(const Bvh<Bounds>& tree, std::vect
           chunks[s] = std::move(before[s]);
           return;
         }
-        std::vector<LeafRun> runs;
-        for_runs(before[s], [&](const LeafRun& run) { runs.push_back(run); });
-        changed.replace(runs, of_subtrees[s], true,
-                        [&](const LeafRun& run) { append(chunks[s], shape, run); });
-        shrink(chunks[s]);
+        std::vector<LeafRun> were, are;
+        for_runs(before[s], [&](const LeafRun& run) { were.push_back(run); });
+        changed.replace(were, of_subtrees[s], true, [&](const LeafRun& run) { are.push_back(run); });
+        chunks[s] = chunk_of(are, shape);
       },
       1);
   std::vector<LeafRun> were;
