@@ -236,8 +236,8 @@ typedef struct wf_answer {
   size_t distances;            /* of wf_vertex_distances(): how many */
   const double* vertex_distances;
   size_t world_count;          /* of report WF_EARLIEST in a scene with worlds */
-  const uint32_t* worlds;
-  const double* world_tois;
+  const uint32_t* worlds;      /* ascending; 0 where bodies are in none */
+  const double* world_tois;    /* of each the least toi, or infinity: it may take min(1, toi) of the motion */
   double ms;                   /* that the engine took */
 } wf_answer;
 
@@ -328,11 +328,12 @@ WF_API wf_code wf_positions(const wf_session*, double* positions, size_t count);
  * others. */
 WF_API wf_code wf_poses(const wf_session*, double* poses, size_t count);
 /* For those who keep positions of their own: where wf_commit() puts what goes from `from` to `to`, 12 numbers
- * of a pose or any number of positions, at a fraction in [0, 1] of the way, in a scene of this type. The same
- * bits on every machine. `way` may be `from` or `to`. */
+ * of a pose or any number of positions, at a fraction in [0, 1] of the way, in a scene of this type, to which
+ * all numbers are rounded first. The same bits on every machine. `way` may be `from` or `to`. */
 WF_API wf_code wf_part_way(const double* from, const double* to, size_t count, double fraction, int32_t type,
                            double* way);
-/* The same of a body that moves along the screw between two poses, 12 numbers each. */
+/* The same of a body that moves along the screw between two poses, 12 numbers each, which are rotations and
+ * translations. */
 WF_API wf_code wf_screw_way(const double* from, const double* to, double fraction, int32_t type, double* way);
 /* The scene's edges, (edge_count, 2) vertices, which `features` number; valid until the scene is changed or the session freed. */
 WF_API wf_code wf_edges(const wf_session*, const uint32_t** edges, size_t* edge_count);

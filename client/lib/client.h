@@ -107,8 +107,9 @@ class Session final : public Questions {
   Result<std::uint64_t> submit_commit(double fraction = 1);
 
   /// Where everything is after the answers that were taken: as Collider::positions() and poses(), to the bit,
-  /// known here without the daemon, also after it was lost for good. kFailedPrecondition while frames are
-  /// unanswered. O(n).
+  /// known here without the daemon, also after it was lost for good. Bodies at a pose are placed by
+  /// Pose::place(), which does not round to float32; where removed bodies are means nothing.
+  /// kFailedPrecondition while frames are unanswered. O(n).
   Result<std::vector<double>> positions() const;
   Result<std::vector<BodyPose>> poses() const;
 

@@ -48,8 +48,10 @@ class Questions {
   /// Takes the last trial, or max_step(), up to `fraction` in [0, 1], which is the session's next frame: as
   /// Collider::commit(), rounded to the kind of positions that the session was created with. It is carried
   /// out once, even if the daemon is lost meanwhile. kFailedPrecondition without a trial that was
-  /// answered last. Where it is given up, the trial may be committed still. What it moved is then at
-  /// part_way(X, Y, fraction, float32) of engine/part_way.h, for those who keep positions of their own.
+  /// answered last. Where it is given up, the trial may be committed still. A vertex that it moved is then at
+  /// part_way(X, Y, fraction, single) of engine/part_way.h, where `single` is whether the session has
+  /// float32; a pose likewise, or by screw_way() of engine/screw.h, both poses rounded by in_float32() before
+  /// in such a session: for those who keep positions of their own. session.positions() and poses() have them.
   Result<CommitResult> commit(double fraction = 1, const WaitOptions& wait = {});
 
   /// The same without waiting: each sends what the window allows, and the rest in time. Nothing that is given

@@ -190,9 +190,13 @@ void SceneState::move_part_way(std::uint32_t first, const char* bytes, std::size
     std::memcpy(to_row.data(), bytes, sizeof to_row);
     std::array<double, 3> from{from_row[0], from_row[1], from_row[2]};
     if (pose) from = pose->place(from.data());
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      from_row[axis] = static_cast<Real>(part_way(from[axis], to_row[axis], fraction, float32_));
-    std::memcpy(to, from_row.data(), sizeof from_row);
+    const std::array<double, 3> there{to_row[0], to_row[1], to_row[2]};
+    // What is given where it was has not moved: a zero keeps its sign.
+    if (std::memcmp(from.data(), there.data(), sizeof from) != 0) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        to_row[axis] = static_cast<Real>(part_way(from[axis], there[axis], fraction, float32_));
+    }
+    std::memcpy(to, to_row.data(), sizeof to_row);
   }
 }
 
@@ -253,8 +257,11 @@ void SceneState::take(const SentFrame& frame, double fraction) {
       to.matrix[k] =
           float32_ ? value_at<float>(moved.poses(), 12 * i + k) : value_at<double>(moved.poses(), 12 * i + k);
     const Pose from = poses_[body].value_or(Pose{});
-    poses_[body] = scene_.bodies[body].screw ? screw_way(from, to, fraction, float32_)
-                                             : part_way(from, to, fraction, float32_);
+    if (from == to)
+      poses_[body] = to;  // as above
+    else
+      poses_[body] = scene_.bodies[body].screw ? screw_way(from, to, fraction, float32_)
+                                               : part_way(from, to, fraction, float32_);
   }
   for (std::size_t i = 0; i < moved.vertices().size() / 4; ++i)
     move_rows(value_at<std::uint32_t>(moved.vertices(), i),

@@ -145,8 +145,13 @@ Result<std::uint64_t> Session::Impl::send(SentFrame frame) {
   if (!known_ && (frame.commit || frame.question != Question()))
     return Error{ErrorCode::kUnimplemented, "the daemon is too old for trials and for options of a step"};
   // The daemon may have an earlier trial than this session, where a later one was given up.
-  if (frame.needs_trial() && (!may_commit_ || (unanswered_.empty() && !last_trial_)))
+  if (frame.needs_trial() && (!may_commit_ || (unanswered_.empty() && !last_trial_))) {
+    // The engine looks at the fraction first.
+    if (frame.commit && !(*frame.commit >= 0 && *frame.commit <= 1))
+      return invalid_argument(frame_name(next_number()) + ": fraction: " + std::to_string(*frame.commit) +
+                              " is not in [0, 1]");
     return LastTrial::none();
+  }
   const std::uint64_t number = next_number();
   frame.number = number;
   unanswered_.push_back(std::move(frame));

@@ -118,6 +118,41 @@ TYPED_TEST(AnySessionState, IsWhereTheLastStepOrCommitPutIt) {
   this->expect_at({Pose(), Pose(), after[2]});
 }
 
+// What is given where it was has not moved, and X + f (Y - X) of zeros is a positive one.
+TYPED_TEST(AnySessionState, KeepsTheSignOfAZeroThatDidNotMove) {
+  using Rows = typename TestFixture::Rows;
+  std::vector<TypeParam> start = this->start_;
+  constexpr std::size_t kRests = 33, kMoves = 36;  // numbers of the deformable body's vertices 0 and 1
+  start[kRests] = TypeParam(-0.0);
+  std::vector<TypeParam> there = start;
+  there[kMoves] += 1;
+  BodyPose at{1, turned_about_x(0.3)};
+  at.pose.matrix[1] = -0.0;
+  Frame posed;
+  posed.poses = {&at, 1};
+  const std::array<BodyPositions, 1> moved{{{3, Rows(there).subspan(kRests, 9)}}};
+  Frame both_move = posed;
+  both_move.bodies = moved;
+  for (AnySession& session : this->both_) {
+    ASSERT_TRUE(session.place(Frame(Rows(start))).ok() && session.step(posed).ok());
+    ASSERT_TRUE(session.trial(both_move).ok() && session.commit(0.5).ok());
+    const std::vector<double> positions = session.positions().value();
+    EXPECT_TRUE(std::signbit(positions[kRests])) << session.is_remote();
+    EXPECT_EQ(positions[kMoves], static_cast<TypeParam>(start[kMoves] + 0.5));
+    EXPECT_TRUE(std::signbit(session.poses().value()[0].pose.matrix[1])) << session.is_remote();
+  }
+}
+
+TYPED_TEST(AnySessionState, ACommitOfNoFractionIsThatWithoutATrialToo) {
+  for (AnySession& session : this->both_) {
+    const auto refused = session.commit(std::nan(""));
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument) << session.is_remote();
+    EXPECT_EQ(refused.error().message, "frame 1: fraction: nan is not in [0, 1]");
+    EXPECT_EQ(session.commit(0.5).error().code, ErrorCode::kFailedPrecondition);
+  }
+}
+
 TYPED_TEST(AnySessionState, OfAnotherTypeIsRefused) {
   using Other = std::conditional_t<TestFixture::kSingle, double, float>;
   const std::vector<Other> other(12, Other{1});
