@@ -182,9 +182,10 @@ class Collider {
   const ColliderOptions& options() const;
   /// The current positions, at which trials begin, row-major (n, 3); of removed bodies the last.
   std::vector<double> positions() const;
-  /// Where each rigid body is, half-spaces that move among them, in order: the pose, to the bit, of its
-  /// reference shape, which is where its positions last given, or the description, put it; the identity of
-  /// one that has not moved by poses since. Trials begin there.
+  /// Where each rigid body is, half-spaces that move among them, in order: its pose, to the bit. It is of the
+  /// body's reference shape: where the body was when it last moved by positions, or as it was described; the
+  /// identity, if it has not moved by poses since. positions() has its vertices at Pose::place() of these.
+  /// Trials begin there.
   std::vector<BodyPose> poses() const;
   /// Bytes held by this collider, the scene and the front included.
   std::size_t memory_bytes() const;

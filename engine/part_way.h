@@ -8,7 +8,7 @@ namespace warmfront {
 
 /// from + fraction * (to - from), in double, each operation rounded once; `to` itself at fraction 1 and
 /// `from` itself at 0. Where to - from is beyond double's range: (1 - fraction) * from + fraction * to. With
-/// `single` the result is then rounded to the nearest float32. `fraction` in [0, 1]. Out of line, so that no
+/// `single` these are then rounded to the nearest float32. `fraction` in [0, 1]. Out of line, so that no
 /// compiler contracts or leaves out a rounding: see in_float32().
 double part_way(double from, double to, double fraction, bool single);
 

@@ -54,9 +54,10 @@ struct ArcRates {
 };
 ArcRates arc_rates(const Twist& twist, double s);
 
-/// Where a body is `fraction` of the way along the screw from one pose to another, each number by the formula
-/// above, in double, in a stated order: `to` itself at fraction 1 and `from` itself at 0. With `single` each
-/// number is then rounded to the nearest float32. Numbers that would not be finite are those of part_way().
+/// Where a body is `fraction`, in [0, 1], of the way along the screw from one pose to another: each column of
+/// the matrix by the formula above, in double, in a stated order; `to` itself at fraction 1 and `from` itself
+/// at 0. Between these each number is rounded to the nearest float32 with `single`, where the two poses are
+/// expected to be in_float32() already. Numbers that would not be finite are those of part_way().
 Pose screw_way(const Pose& from, const Pose& to, double fraction, bool single);
 
 }  // namespace warmfront

@@ -64,7 +64,7 @@ class Blocks {
   // What was in this position of the order, as given now; kNoPrimitive: it is gone. Before its block is
   // opened.
   void leave(std::uint32_t position, Primitive now) { left_[position] = now; }
-  // Another block may be opened while this one is looked at only where it was opened before.
+  // What it refers to is elsewhere once another block was opened for the first time.
   Block& open(std::uint32_t b) {
     if (opened_[b] == kClosed) {
       opened_[b] = static_cast<std::uint32_t>(open_.size());
