@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
+#include <deque>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "client/lib/client.h"
 #include "tests/faults/session_driver.h"
@@ -13,31 +15,48 @@ using namespace std::chrono_literals;
 using testing::AddOperation;
 using testing::StepOperation;
 
+/// Views of positions as a session of float32 or of float64 takes them.
+class Given {
+ public:
+  explicit Given(bool single) : single_(single) {}
+  Given(const Given&) = delete;
+  Given& operator=(const Given&) = delete;
+
+  Positions operator()(const std::vector<double>& rows) {
+    if (!single_) return std::span<const double>(rows);
+    const std::vector<float>& floats = floats_.emplace_back(rows.begin(), rows.end());
+    return std::span<const float>(floats);
+  }
+
+ private:
+  const bool single_;
+  std::deque<std::vector<float>> floats_;
+};
+
 /// A frame's views of what a step operation owns.
 class FrameOf {
  public:
-  explicit FrameOf(const StepOperation& step) {
-    if (step.all) frame_.positions = std::span<const double>(*step.all);
+  FrameOf(const StepOperation& step, bool single) : given_(single) {
+    if (step.all) frame_.positions = given_(*step.all);
     for (const StepOperation::Rows& rows : step.bodies)
-      bodies_.push_back({rows.body, std::span<const double>(rows.positions)});
+      bodies_.push_back({rows.body, given_(rows.positions)});
     frame_.bodies = bodies_;
     frame_.poses = step.poses;
     frame_.vertices = step.vertices;
-    frame_.vertex_positions = std::span<const double>(step.vertex_positions);
+    frame_.vertex_positions = given_(step.vertex_positions);
   }
-  FrameOf(const FrameOf&) = delete;
-  FrameOf& operator=(const FrameOf&) = delete;
 
   const Frame& frame() const { return frame_; }
 
  private:
+  Given given_;
   Frame frame_;
   std::vector<BodyPositions> bodies_;
 };
 
 class CppDriver final : public SessionDriver {
  public:
-  explicit CppDriver(std::string address) : address_(std::move(address)) {}
+  CppDriver(std::string address, bool single) : address_(std::move(address)), single_(single) {}
 
   Status create(const testing::AcceptedState& state, const ColliderOptions& options) override {
     session_.reset();
@@ -47,14 +66,14 @@ class CppDriver final : public SessionDriver {
                                                      .resume_timeout = 60s,
                                                      .max_resumes_without_answer = 1000});
     if (!client) return client.error();
-    auto session =
-        client.value().create_session(state.scene, std::span<const double>(state.positions), options);
+    Given given(single_);
+    auto session = client.value().create_session(state.scene, given(state.positions), options);
     if (!session) return session.error();
     session_.emplace(std::move(session).value());
     return {};
   }
   Result<client::Answer> step(const StepOperation& operation) override {
-    const FrameOf moved(operation);
+    const FrameOf moved(operation, single_);
     switch (operation.as) {
       case StepOperation::As::kStep:
         return session_->step(moved.frame(), operation.options);
@@ -75,7 +94,7 @@ class CppDriver final : public SessionDriver {
     if (operation.as == StepOperation::As::kPlace) question.kind = QuestionKind::kPlace;
     if (operation.as == StepOperation::As::kMaxStep)
       question = {QuestionKind::kMaxStep, operation.options, operation.leave_out_overlaps};
-    const auto number = session_->submit(FrameOf(operation).frame(), question);
+    const auto number = session_->submit(FrameOf(operation, single_).frame(), question);
     return number.ok() ? Status() : Status(number.error());
   }
   Result<client::Answer> proximity(const testing::NearOperation& near) override {
@@ -90,7 +109,8 @@ class CppDriver final : public SessionDriver {
   }
   Result<client::Answer> next_answer() override { return session_->next_answer(); }
   Result<std::uint32_t> add_body(const AddOperation& add) override {
-    return session_->add_body(add.addition, std::span<const double>(add.positions));
+    Given given(single_);
+    return session_->add_body(add.addition, given(add.positions));
   }
   Status change_body(std::uint32_t index, const Body& body) override {
     return session_->change_body(index, body);
@@ -104,7 +124,8 @@ class CppDriver final : public SessionDriver {
     return session_->replace_elements(change.index, change.faces, change.edges);
   }
   Status replace(const ReplaceBody& change) override {
-    return session_->replace_body(change.index, change.addition, std::span<const double>(change.positions));
+    Given given(single_);
+    return session_->replace_body(change.index, change.addition, given(change.positions));
   }
   Status close() override { return session_->close(); }
   std::optional<Result<State>> state() override {
@@ -114,18 +135,23 @@ class CppDriver final : public SessionDriver {
     if (!poses) return poses.error();
     return State{std::move(positions).value(), std::move(poses).value()};
   }
+  bool single() const override { return single_; }
   std::string id() const override { return session_->id(); }
   std::uint32_t window() const override { return session_->window(); }
 
  private:
   const std::string address_;
+  const bool single_;
   std::optional<client::Session> session_;
 };
 
 }  // namespace
 
 std::unique_ptr<SessionDriver> drive_cpp(const std::string& address) {
-  return std::make_unique<CppDriver>(address);
+  return std::make_unique<CppDriver>(address, false);
+}
+std::unique_ptr<SessionDriver> drive_cpp_in_float32(const std::string& address) {
+  return std::make_unique<CppDriver>(address, true);
 }
 
 }  // namespace warmfront::test

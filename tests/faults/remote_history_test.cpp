@@ -18,6 +18,7 @@
 #include "tests/faults/history_daemons.h"
 #include "tests/faults/remote_command.h"
 #include "tests/faults/remote_session.h"
+#include "tests/faults/rounded.h"
 #include "tests/faults/switch_proxy.h"
 #include "tests/support/replacements.h"
 
@@ -58,7 +59,9 @@ class RemoteHistory {
   RemoteHistory(SessionDriver& driver, std::uint64_t seed)
       : driver_(driver),
         draws_(seed),
-        session_(driver, testing::draw_state(draws_), draw_options(draws_), TwoDaemons::kFewContacts) {
+        rounded_(driver.single()),
+        session_(driver, rounded_.of(testing::draw_state(draws_)), draw_options(draws_),
+                 TwoDaemons::kFewContacts) {
     daemons().thaw();
     expect_right(session_.create());
     if (daemons().offers_memory() && !daemons().shares_memory()) expect_right("no memory is shared");
@@ -76,7 +79,7 @@ class RemoteHistory {
         command.lose_answer ? Around([this](const auto& call) { lose_answer_of(call); }) : Around(as_it_is);
     switch (command.kind) {
       case RemoteCommand::kFrame: {
-        StepOperation frame = draw_step(draws, state);
+        StepOperation frame = rounded_.of(draw_step(draws, state));
         if (driver_.asks() && draws.below(5) == 0) frame.as = StepOperation::As::kPlace;
         return expect_right(session_.step(frame, around));
       }
@@ -84,12 +87,13 @@ class RemoteHistory {
         return two_steps(draws, command.lose_answer);
       case RemoteCommand::kAdd:
         if (!bodies || state.scene.bodies.size() >= 8) return;
-        return expect_right(session_.add(testing::draw_addition(draws, state), around));
+        return expect_right(session_.add(rounded_.of(testing::draw_addition(draws, state)), around));
       case RemoteCommand::kChange:
         if (!bodies) return;
         return expect_right(session_.change(testing::draw_change(draws, state), around));
       case RemoteCommand::kWrongFrame:
-        return expect_right(session_.wrong_step(testing::spoiled(draws, state, draw_step(draws, state))));
+        return expect_right(
+            session_.wrong_step(testing::spoiled(draws, state, rounded_.of(draw_step(draws, state)))));
       case RemoteCommand::kWrongChange:
         return expect_right(session_.wrong_change());
       case RemoteCommand::kCut:
@@ -119,7 +123,7 @@ class RemoteHistory {
         return expect_right(session_.change_filters(draw_filters(draws), around));
       case RemoteCommand::kReplace: {
         const std::optional<SceneChange> change = testing::draw_replacement(draws, state);
-        if (change) expect_right(session_.replace(*change, around));
+        if (change) expect_right(session_.replace(rounded_.of(*change), around));
         return;
       }
       case RemoteCommand::kExcludedPairs:
@@ -169,9 +173,9 @@ class RemoteHistory {
   void two_steps(Draws& draws, bool lose_answer) {
     if (driver_.window() < 2) return;
     AcceptedState next = session_.state();
-    const StepOperation first = draw_step(draws, next);
+    const StepOperation first = rounded_.of(draw_step(draws, next));
     next.accept(first);
-    const StepOperation second = draw_step(draws, next);
+    const StepOperation second = rounded_.of(draw_step(draws, next));
     expect_right(session_.two_steps(first, second, [lose_answer] {
       if (lose_answer) daemons().go_to_the_other();
     }));
@@ -197,7 +201,7 @@ class RemoteHistory {
   }
 
   StepOperation draw_trial(Draws& draws, StepOperation::As as) const {
-    StepOperation trial = draw_step(draws, session_.state());
+    StepOperation trial = rounded_.of(draw_step(draws, session_.state()));
     trial.as = as;
     trial.options = testing::draw_question(draws, session_.state());
     trial.options.max_contacts.reset();  // the daemons allow different ones
@@ -232,7 +236,7 @@ class RemoteHistory {
       expect_right(session_.step(trial));
       if (!trial.all) continue;
       for (std::size_t x = 0; x < trial.all->size(); ++x)
-        (*trial.all)[x] = part_way(session_.state().positions[x], (*trial.all)[x], 0.5, false);
+        (*trial.all)[x] = part_way(session_.state().positions[x], (*trial.all)[x], 0.5, driver_.single());
     }
     // In the meantime the daemon may be another one.
     if (draws.below(2) == 0) daemons().go_to_the_other();
@@ -245,8 +249,8 @@ class RemoteHistory {
     const StepOperation trial = draw_trial(draws, StepOperation::As::kTrial);
     const double fraction = draw_fraction(draws);
     next.accept(trial);
-    next.accept(testing::CommitOperation{fraction, Rounding::kFloat64});
-    const StepOperation step = draw_step(draws, next);
+    next.accept(testing::CommitOperation{fraction, session_.rounding()});
+    const StepOperation step = rounded_.of(draw_step(draws, next));
     expect_right(session_.trial_commit_step(trial, fraction, step, [lose_answer] {
       if (lose_answer) daemons().go_to_the_other();
     }));
@@ -261,6 +265,7 @@ class RemoteHistory {
 
   SessionDriver& driver_;
   Draws draws_;
+  const Rounded rounded_;
   RemoteSession session_;
   std::string log_;
 };
@@ -293,6 +298,10 @@ void check_histories(const char* name, SessionDriver& driver) {
 
 TEST(RemoteHistory, OfTheCppClientIsWhatWasAccepted) {
   check_histories("C++", *drive_cpp(daemons().address()));
+}
+
+TEST(RemoteHistory, OfTheCppClientInFloat32IsWhatWasAccepted) {
+  check_histories("C++, float32", *drive_cpp_in_float32(daemons().address()));
 }
 
 /// Positions and answers go through memory that a client shares with the daemon.

@@ -56,6 +56,7 @@ class RemoteSession {
 
   const testing::AcceptedState& state() const { return state_; }
   const ColliderOptions& options() const { return options_; }
+  Rounding rounding() const { return driver_.single() ? Rounding::kFloat32 : Rounding::kFloat64; }
 
  private:
   std::string check(const testing::StepOperation& operation, const Result<client::Answer>& answer,

@@ -47,6 +47,9 @@ class SessionDriver {
   virtual Status replace(const ReplaceBody& change) = 0;
   virtual Status close() = 0;
 
+  /// Are positions and poses float32? What is given is such numbers then.
+  virtual bool single() const { return false; }
+
   /// Where the client says that everything is.
   struct State {
     std::vector<double> positions;
@@ -61,6 +64,8 @@ class SessionDriver {
 
 /// The C++ client's, connected to `address` when a session is made.
 std::unique_ptr<SessionDriver> drive_cpp(const std::string& address);
+/// The same, whose sessions are of float32.
+std::unique_ptr<SessionDriver> drive_cpp_in_float32(const std::string& address);
 /// The Python client's, in a process of its own.
 std::unique_ptr<SessionDriver> drive_python(const std::string& address);
 

@@ -209,12 +209,18 @@ Collider AcceptedState::fresh(const ColliderOptions& options, const std::shared_
   return std::move(collider).value();
 }
 
-std::string AcceptedState::difference(std::span<const double> shown, std::span<const BodyPose> poses) const {
+std::string AcceptedState::difference(std::span<const double> shown, std::span<const BodyPose> poses,
+                                      bool of_removed) const {
   if (shown.size() != positions.size())
     return std::to_string(shown.size() / 3) + " vertices where " + std::to_string(positions.size() / 3) +
            " are expected";
+  std::vector<double> expected = positions;
+  for (const Body& body : scene.bodies) {
+    if (!of_removed && body.kind == BodyKind::kRemoved)
+      std::copy_n(shown.begin() + first_number(body), numbers(body), expected.begin() + first_number(body));
+  }
   for (std::size_t i = 0; i < shown.size(); ++i) {
-    if (std::memcmp(&shown[i], &positions[i], sizeof(double)) != 0)
+    if (std::memcmp(&shown[i], &expected[i], sizeof(double)) != 0)
       return "positions[" + std::to_string(i / 3) + "]." + "xyz"[i % 3] + " is " + std::to_string(shown[i]) +
              " where " + std::to_string(positions[i]) + " is expected";
   }
@@ -229,7 +235,7 @@ std::string AcceptedState::difference(std::span<const double> shown, std::span<c
 }
 
 std::string AcceptedState::difference(const Collider& collider) const {
-  if (std::string differs = difference(collider.positions(), collider.poses()); !differs.empty())
+  if (std::string differs = difference(collider.positions(), collider.poses(), true); !differs.empty())
     return differs;
   const Scene& has = collider.scene();
   if (has.vertex_count() != scene.vertex_count) return "scene().vertex_count() differs";

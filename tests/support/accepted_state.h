@@ -44,8 +44,9 @@ struct AcceptedState {
 
   /// How a collider's state differs from this, in a few words; empty if it does not.
   std::string difference(const Collider& collider) const;
-  /// The same of positions and of the poses of rigid bodies.
-  std::string difference(std::span<const double> shown, std::span<const BodyPose> poses) const;
+  /// The same of positions, those of removed bodies among them or not, and of the poses of rigid bodies.
+  std::string difference(std::span<const double> shown, std::span<const BodyPose> poses,
+                         bool of_removed) const;
 
   /// The answer to a valid step by testing every pair of features that the scene allows, one by one; tiers
   /// certified and exact.
