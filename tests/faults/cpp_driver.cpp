@@ -128,7 +128,7 @@ class CppDriver final : public SessionDriver {
     return session_->replace_body(change.index, change.addition, given(change.positions));
   }
   Status close() override { return session_->close(); }
-  std::optional<Result<State>> state() override {
+  Result<State> state() override {
     Result<std::vector<double>> positions = session_->positions();
     if (!positions) return positions.error();
     Result<std::vector<BodyPose>> poses = session_->poses();

@@ -279,7 +279,7 @@ class PythonDriver final : public SessionDriver {
                                      {"positions", hex(change.positions)}}));
   }
   Status close() override { return done(ask("close", json::object())); }
-  std::optional<Result<State>> state() override {
+  Result<State> state() override {
     const Result<json> reply = ask("state", json::object());
     if (!reply) return reply.error();
     State state{from_hex<double>(reply.value().at("positions")), {}};

@@ -292,10 +292,9 @@ std::string RemoteSession::wrong_replacement() {
 }
 
 std::string RemoteSession::check_state() const {
-  const std::optional<Result<SessionDriver::State>> told = driver_.state();
-  if (!told) return "";
-  if (!told->ok()) return "where everything is: " + told->error().message;
-  return state_.difference(told->value().positions, told->value().poses, false);
+  const Result<SessionDriver::State> told = driver_.state();
+  if (!told) return "where everything is: " + told.error().message;
+  return state_.difference(told.value().positions, told.value().poses, false);
 }
 
 std::string RemoteSession::wrong_step(const StepOperation& operation) {

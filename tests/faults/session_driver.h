@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,8 +54,7 @@ class SessionDriver {
     std::vector<double> positions;
     std::vector<BodyPose> poses;
   };
-  /// Empty: this driver does not tell.
-  virtual std::optional<Result<State>> state() { return std::nullopt; }
+  virtual Result<State> state() = 0;
 
   virtual std::string id() const = 0;
   virtual std::uint32_t window() const = 0;

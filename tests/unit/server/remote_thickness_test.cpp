@@ -83,42 +83,45 @@ TEST(RemoteThicknessTest, AnswersAsInThisProcessAndAfterRestarts) {
   }
 }
 
-// A daemon tells of no thickness then, and is not too old for it.
-TEST(RemoteThicknessTest, WhereNothingIsThickOrNotAnyMoreTheSessionIsMadeAgain) {
+// Changes a session of a scene of two grids, whose daemon is lost then. A daemon tells of no thickness where
+// there is none, and is not too old for it.
+template <class Change>
+void expect_made_again_after(const MovingGrids& grids, const SceneDescription& scene, Change&& change) {
   LocalDaemon daemon;
   Client client = Client::connect(daemon.address()).value();
-  const MovingGrids grids(6);
   const std::vector<double> start = grids.positions(0), next = grids.positions(1);
-  SceneDescription scene = two_bodies(grids);
-  scene.bodies[0].thickness = 0.1;
-  scene.thickness.assign(grids.vertex_count(), 0.0);
   client::Session session = client.create_session(scene, Doubles(start)).value();
-  Body removed = scene.bodies[0];
-  removed.kind = BodyKind::kRemoved;
-  ASSERT_TRUE(session.change_body(0, removed).ok());
+  const Status changed = change(session, Doubles(start));
+  ASSERT_TRUE(changed.ok()) << changed.error().message;
   daemon.restart();
   const auto answer = session.step(Frame(Doubles(next)));
   ASSERT_TRUE(answer.ok()) << answer.error().message;
   EXPECT_EQ(session.resumes(), 1u);
 }
 
+TEST(RemoteThicknessTest, WhereNothingIsThickOrNotAnyMoreTheSessionIsMadeAgain) {
+  const MovingGrids grids(6);
+  SceneDescription scene = two_bodies(grids);
+  scene.bodies[0].thickness = 0.1;
+  scene.thickness.assign(grids.vertex_count(), 0.0);
+  expect_made_again_after(grids, scene, [&](client::Session& session, Doubles /*start*/) {
+    Body removed = scene.bodies[0];
+    removed.kind = BodyKind::kRemoved;
+    return session.change_body(0, removed);
+  });
+}
+
 // The client kept that there is some, of vertices that it no longer knew of.
 TEST(RemoteThicknessTest, WhereWhatWasThickMadeWayTheSessionIsMadeAgain) {
-  LocalDaemon daemon;
-  Client client = Client::connect(daemon.address()).value();
   const MovingGrids grids(6);
-  const std::vector<double> start = grids.positions(0), next = grids.positions(1);
   SceneDescription scene = two_bodies(grids);
   const std::uint32_t half = grids.vertex_count() / 2;
   scene.thickness.assign(grids.vertex_count(), 0.0);
   scene.thickness[half] = 0.1;
-  client::Session session = client.create_session(scene, Doubles(start)).value();
-  const BodyAddition thin{{"", 0, half}, {{0, 1, 6}}, {}, std::vector<double>(half, 0.0)};
-  ASSERT_TRUE(session.replace_body(1, thin, Doubles(start).subspan(std::size_t{3} * half)).ok());
-  daemon.restart();
-  const auto answer = session.step(Frame(Doubles(next)));
-  ASSERT_TRUE(answer.ok()) << answer.error().message;
-  EXPECT_EQ(session.resumes(), 1u);
+  expect_made_again_after(grids, scene, [&](client::Session& session, Doubles start) {
+    const BodyAddition thin{{"", 0, half}, {{0, 1, 6}}, {}, std::vector<double>(half, 0.0)};
+    return session.replace_body(1, thin, start.subspan(std::size_t{3} * half));
+  });
 }
 
 TEST(RemoteThicknessTest, WhatIsWrongAtTheStartHasTheSameCode) {
