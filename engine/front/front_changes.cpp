@@ -17,9 +17,11 @@ void Front<Bounds>::follow(PartId part, std::span<const Bvh<Bounds>> trees,
   const std::vector<std::uint8_t>& holds = tree.motion.renewed;
   // What holds something new is one of these leaves, or above one.
   NodeSet leaves;
-  for (NodeId leaf = tree.shape.first_leaf(); leaf < tree.shape.end_node(); ++leaf)
-    if (holds[number_of(leaf)] != 0) leaves.add(leaf);
   PacedStop paced(stop, 64);
+  for (NodeId leaf = tree.shape.first_leaf(); leaf < tree.shape.end_node(); ++leaf) {
+    paced.check();
+    if (holds[number_of(leaf)] != 0) leaves.add(leaf);
+  }
   for (FrontSegment& segment : segments_) {
     paced.check();
     const bool is_a = segment.parts.a == part, is_b = segment.parts.b == part;
