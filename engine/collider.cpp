@@ -18,6 +18,10 @@ constexpr std::string_view kNoTrial =
     "no trial was answered since the last step, commit, change of the scene or request that failed; ask for "
     "a trial or max_step first";
 
+Status check_frame(Core& core, const Frame& frame, StopSignal stop) {
+  return core.motion.check(*core.scene, frame, stop, PoseCheck::kRigid, core.workers.get());
+}
+
 }  // namespace
 
 Collider::Collider(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -46,7 +50,7 @@ Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* c
   Impl::Asking asking(*impl_);
   const StopSignal stop(cancelled);
   if (Status status = validate(QuestionKind::kStep, options); !status) return status.error();
-  if (Status status = core.motion.check(*core.scene, frame, stop); !status) return status.error();
+  if (Status status = check_frame(core, frame, stop); !status) return status.error();
   if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(core, stop);
   Result<StepResult> result =
       impl_->warm.ask(frame, Kind::kStep, merged(core.options, options), stop, accept);
@@ -68,7 +72,7 @@ Result<StepResult> Collider::Impl::trial(const Frame& frame, const Question& que
   const ColliderOptions options = merged(core.options, question);
   Asking asking(*this);
   if (Status status = validate(question.kind, question.options); !status) return status.error();
-  if (Status status = warm.core.motion.check(*core.scene, frame, stop); !status) return status.error();
+  if (Status status = check_frame(warm.core, frame, stop); !status) return status.error();
   Result<StepResult> result = warm.ask(frame, Kind::kTrial, options, stop, accept);
   asking.answered = result.ok();
   if (!result) return result;
@@ -203,7 +207,7 @@ Result<StepResult> Collider::Impl::place(const Frame& frame, const Question& que
                                          const AcceptStep& accept) {
   Asking asking(*this);
   if (Status status = validate(question.kind, question.options); !status) return status.error();
-  if (Status status = warm.core.motion.check(*warm.core.scene, frame, stop); !status) return status.error();
+  if (Status status = check_frame(warm.core, frame, stop); !status) return status.error();
   StepResult result;
   result.statistics.bounds = warm.pipeline->bounds();
   if (Status placed = warm.pipeline->place(warm.core, frame, stop, result, accept); !placed)

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/front/front.h"
+#include "engine/front/pending_leaves.h"
 
 namespace warmfront {
 
@@ -16,6 +17,7 @@ struct ChunkScratch {
   std::size_t counted = 0;  ///< of these, in the step's room
   KeptAnswers kept;
   RestAnswer found;  ///< of the leaf pair in hand
+  PendingLeaves pending;
   FrontCounts counts;
 
   void clear() {
@@ -58,13 +60,15 @@ class KeptReader {
 template <class Bounds>
 class ChunkUpdate {
  public:
-  ChunkUpdate(const TreePair<Bounds>& trees, const PartPair& parts, bool skip_neighbours, LeafPairSink& sink,
-              const FrontUpdate& how, Answers answers, FrontRoom& room, ChunkScratch& scratch)
+  ChunkUpdate(const TreePair<Bounds>& trees, const PartPair& parts, bool skip_neighbours,
+              LeafPairSinks& sinks, const FrontUpdate& how, Answers answers, FrontRoom& room,
+              ChunkScratch& scratch)
       : trees_(trees),
         bvtt_(trees.bvtt()),
         parts_(parts),
         skip_neighbours_(skip_neighbours),
-        sink_(sink),
+        sinks_(sinks),
+        sink_(sinks.local()),
         how_(how),
         fold_width_(how.fold_widths.of(parts)),
         answers_(answers),
@@ -72,11 +76,15 @@ class ChunkUpdate {
         scratch_(scratch),
         counts_(scratch.counts) {
     scratch_.clear();
+    scratch_.pending.begin(sink_);
   }
 
   /// Traverses from a pair whose gap is known; the front's pairs below it are in the scratch then, as far as
   /// there is room.
-  void build(const NodePair& from, float gap) { sprout(from, gap); }
+  void build(const NodePair& from, float gap) {
+    sprout(from, gap);
+    test_pending();
+  }
 
   /// Updates the pairs of a chunk, in order: overlapping ones are opened (leaf pairs handed over); with
   /// prune, disjoint ones are folded as far as their ancestors are disjoint, else kept. Returns whether the
@@ -84,6 +92,7 @@ class ChunkUpdate {
   /// contacts are in the scratch either way.
   bool run(FrontChunk& chunk) {
     KeptReader kept(chunk.kept);
+    pairs_ = &chunk.pairs;
     for (std::size_t i = 0; i < chunk.pairs.size(); ++i) {
       switch (action_of(chunk.pairs[i], trees_, how_.lazy, how_.wider, answers_)) {
         case PairAction::kReuse:
@@ -103,7 +112,8 @@ class ChunkUpdate {
           break;
       }
     }
-    return changed_;
+    test_pending();
+    return changed();
   }
 
  private:
@@ -114,12 +124,9 @@ class ChunkUpdate {
       pair.budget = grant(pair.nodes, gap);
       keep_or_fold(chunk, i);
     } else if (bvtt_.is_leaf(pair.nodes)) {
-      const LeafGap learnt = test_leaves(pair.nodes, pair.neighbours);
-      pair.budget = grant(pair.nodes, learnt.gap);
-      pair.adjacent = learnt.adjacent;
-      pair.neighbours = learnt.neighbours;
-      keep_found(place(i));
+      const std::uint32_t at = place(i);
       keep(chunk, i);
+      test_leaves(pair.nodes, pair.neighbours, at);
     } else {
       ++counts_.sprouted;
       change(chunk, i);
@@ -131,10 +138,14 @@ class ChunkUpdate {
 
   void sprout(const NodePair& from, float gap) {
     descend(
-        trees_, from, gap, counts_.bv_tests, [this](const NodePair& pair) { return test_leaves(pair, 0); },
-        [&](const NodePair& end, const LeafGap& learnt) {
-          keep_found(static_cast<std::uint32_t>(scratch_.pairs.size()));
-          push({end, grant(end, learnt.gap), learnt.adjacent, learnt.neighbours});
+        trees_, from, gap, counts_.bv_tests,
+        [this](const NodePair& pair, float apart) {
+          push({pair, grant(pair, apart)});
+        },
+        [this](const NodePair& pair) {
+          const auto at = static_cast<std::uint32_t>(scratch_.pairs.size());
+          push({pair, {}});
+          test_leaves(pair, 0, at);
         });
   }
 
@@ -149,11 +160,31 @@ class ChunkUpdate {
     if (!room_.pairs_lost()) scratch_.pairs.push_back(pair);
   }
 
-  LeafGap test_leaves(const NodePair& pair, std::uint64_t neighbours) {
-    const LeafBlocks which{skip_neighbours_, neighbours};
-    const bool at_rest = answers_ != Answers::kForget && (trees_.state(pair) & kMoving) == 0;
-    return at_rest ? sink_.leaf_pair_at_rest(parts_, pair, which, scratch_.found)
-                   : sink_.leaf_pair(parts_, pair, which);
+  // Tests the leaves of the pair at this place: at once where the answer is kept, else with others.
+  void test_leaves(const NodePair& leaves, std::uint64_t neighbours, std::uint32_t at) {
+    const bool at_rest = answers_ != Answers::kForget && (trees_.state(leaves) & kMoving) == 0;
+    if (!at_rest) {
+      scratch_.pending.add({leaves, at, neighbours});
+      if (scratch_.pending.full()) test_pending();
+      return;
+    }
+    const LeafGap learnt =
+        sink_.leaf_pair_at_rest(parts_, leaves, {skip_neighbours_, neighbours}, scratch_.found);
+    keep_found(at);
+    learn(leaves, at, learnt);
+  }
+  void test_pending() {
+    scratch_.pending.test(parts_, skip_neighbours_, trees_.a.shape.has_wide_leaves(), sink_, sinks_,
+                          [this](const PendingLeaves::Pair& tested, const LeafGap& learnt) {
+                            learn(tested.leaves, tested.place, learnt);
+                          });
+  }
+  void learn(const NodePair& leaves, std::uint32_t at, const LeafGap& learnt) {
+    if (at >= pairs_->size()) return;  // there was no room for it
+    FrontPair& pair = (*pairs_)[at];
+    pair.budget = grant(leaves, learnt.gap);
+    pair.adjacent = learnt.adjacent;
+    pair.neighbours = learnt.neighbours;
   }
 
   // What was just found belongs to the pair at this place.
@@ -169,20 +200,22 @@ class ChunkUpdate {
     scratch_.kept.contacts.insert(scratch_.kept.contacts.end(), contacts.begin(), contacts.end());
   }
 
+  // Are the chunk's pairs written anew?
+  bool changed() const { return pairs_ == &scratch_.pairs; }
   // Where pair i of the chunk will be.
   std::uint32_t place(std::size_t i) const {
-    return static_cast<std::uint32_t>(changed_ ? scratch_.pairs.size() : i);
+    return static_cast<std::uint32_t>(changed() ? scratch_.pairs.size() : i);
   }
 
   // From here on the chunk's pairs go to the scratch, those before pair i first.
   void change(const FrontChunk& chunk, std::size_t i) {
-    if (changed_) return;
-    changed_ = true;
+    if (changed()) return;
+    pairs_ = &scratch_.pairs;
     scratch_.pairs.assign(chunk.pairs.begin(), chunk.pairs.begin() + static_cast<std::ptrdiff_t>(i));
   }
 
   void keep(const FrontChunk& chunk, std::size_t i) {
-    if (changed_) push(chunk.pairs[i]);
+    if (changed()) push(chunk.pairs[i]);
   }
   // What an update does with a disjoint pair, or one that counts as disjoint.
   void keep_or_fold(const FrontChunk& chunk, std::size_t i) { how_.prune ? fold(chunk, i) : keep(chunk, i); }
@@ -221,7 +254,8 @@ class ChunkUpdate {
   const Bvtt bvtt_;
   const PartPair& parts_;
   const bool skip_neighbours_;
-  LeafPairSink& sink_;
+  LeafPairSinks& sinks_;
+  LeafPairSink& sink_;  // this thread's
   const FrontUpdate& how_;
   const Width fold_width_;
   const Answers answers_;
@@ -229,7 +263,7 @@ class ChunkUpdate {
   ChunkScratch& scratch_;
   FrontCounts& counts_;
   PacedStop paced_{how_.stop, 512};
-  bool changed_ = false;
+  std::vector<FrontPair>* pairs_ = &scratch_.pairs;               // the chunk's: there, or where they were
   NodePair last_parent_{NodeId{0xffffffff}, NodeId{0xffffffff}};  // none
   float last_gap_ = -1;
   float folded_gap_ = -1;

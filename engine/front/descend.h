@@ -50,22 +50,21 @@ struct TreePair {
   std::uint32_t reserve() const { return travel::reserve(a.travel.slack + b.travel.slack, width); }
 };
 
-/// Traverses from `from`, whose gap is known. In depth-first order, `terminal` is called with each pair that
-/// the front would hold and its gap: disjoint pairs with their separation, and leaf pairs that overlap with
-/// what `leaf_pair`, to which they go first, says (LeafGap). `bv_tests` counts the overlap tests below
-/// `from`.
-template <class Bounds, class LeafPair, class Terminal>
+/// Traverses from `from`, whose gap is known. In depth-first order, each pair that the front would hold goes
+/// to `disjoint`, with its gap, or, if it is a leaf pair that overlaps, to `leaf_pair`. `bv_tests` counts the
+/// overlap tests below `from`.
+template <class Bounds, class Disjoint, class LeafPair>
 void descend(const TreePair<Bounds>& trees, const NodePair& from, float gap, std::uint64_t& bv_tests,
-             LeafPair&& leaf_pair, Terminal&& terminal) {
+             Disjoint&& disjoint, LeafPair&& leaf_pair) {
   const Bvtt bvtt = trees.bvtt();
   // A pair opens one level at a time and leaves at most two siblings behind: two nodes of 31 levels at most.
   std::array<NodePair, 192> stack;
   int top = 0;
   const auto visit = [&](const NodePair& pair, float apart) {
     if (apart > 0) {
-      terminal(pair, LeafGap{apart, false});
+      disjoint(pair, apart);
     } else if (bvtt.is_leaf(pair)) {
-      terminal(pair, leaf_pair(pair));
+      leaf_pair(pair);
     } else {
       std::array<NodePair, 3> children;
       int count = 0;

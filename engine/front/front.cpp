@@ -31,7 +31,7 @@ template <class Bounds>
 Front<Bounds>::~Front() = default;
 
 template <class Bounds>
-void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink,
+void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSinks& sinks,
                         const FrontUpdate& how) {
   how.stop.check();
   FrontSegment& segment = segments_[work.segment];
@@ -40,32 +40,33 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
                               how.widths.of(parts));
   switch (work.kind) {
     case Work::kReuse:
-      for (const FrontChunk& chunk : segment.chunks) reuse(chunk, sink, how.stop);
+      for (const FrontChunk& chunk : segment.chunks) reuse(chunk, sinks.local(), how.stop);
       break;
     case Work::kNeighbours:
-      run_neighbours(pair.a, parts.a, neighbours_.of(parts.a)[work.chunk], sink, how.wider, work.answers);
+      run_neighbours(pair.a, parts.a, neighbours_.of(parts.a)[work.chunk], sinks.local(), how.wider,
+                     work.answers);
       break;
     case Work::kBuild:
     case Work::kUpdate:
-      update(work, pair, sink, how);
+      update(work, pair, sinks, how);
   }
 }
 
 // Builds or updates a chunk.
 template <class Bounds>
-void Front<Bounds>::update(const Work& work, const TreePair<Bounds>& trees, LeafPairSink& sink,
+void Front<Bounds>::update(const Work& work, const TreePair<Bounds>& trees, LeafPairSinks& sinks,
                            const FrontUpdate& how) {
   const FrontSegment& segment = segments_[work.segment];
   FrontChunk& chunk = segments_[work.segment].chunks[work.chunk];
   ChunkScratch& scratch = impl_->scratch.local();
   if (work.kind == Work::kUpdate && action_of(chunk, trees, how.prune, work.answers) == ChunkAction::kReuse) {
-    reuse(chunk, sink, how.stop);
+    reuse(chunk, sinks.local(), how.stop);
     scratch.counts.rested += chunk.pairs.size();
     room_.take_pairs(chunk.pairs.size());
     return;
   }
   const bool skip_neighbours = segment.with_itself() && neighbours_.listed(segment.parts.a);
-  ChunkUpdate<Bounds> update(trees, segment.parts, skip_neighbours, sink, how, work.answers, room_, scratch);
+  ChunkUpdate<Bounds> update(trees, segment.parts, skip_neighbours, sinks, how, work.answers, room_, scratch);
   if (work.kind == Work::kBuild) {
     update.build(work.task.pair, work.task.gap);
     return store(chunk);
@@ -146,8 +147,7 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   room_.allow(how.record ? how.max_bytes - neighbours_.list_bytes() : 0);
   fork_range(std::size_t{0}, works.size(), 1, [&](const auto& range) {
     const StageClock::In front(sinks.clock(), Stage::kFront);
-    LeafPairSink& sink = sinks.local();
-    for (std::size_t i = range.begin(); i < range.end(); ++i) run(works[i], trees, sink, how);
+    for (std::size_t i = range.begin(); i < range.end(); ++i) run(works[i], trees, sinks, how);
   });
   for (const ChunkScratch& scratch : impl_->scratch) counts_.add(scratch.counts);
   size_ = room_.pairs();
@@ -162,7 +162,7 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
     if (!built && action_of(segment, near[s].rests, how.answers) == SegmentAction::kReuse) continue;
     segment.size = 0;
     for (const FrontChunk& chunk : segment.chunks) segment.size += chunk.pairs.size();
-    rebalance(segment);
+    rebalance(segment, how.stop);
   }
 }
 

@@ -148,8 +148,9 @@ class Front {
   // What the tasks of the step are.
   void plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near, const FrontUpdate& how);
   bool list_neighbours(PartId part, const Bvh<Bounds>& tree, const FrontUpdate& how);
-  void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink, const FrontUpdate& how);
-  void update(const Work& work, const TreePair<Bounds>& trees, LeafPairSink& sink, const FrontUpdate& how);
+  void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSinks& sinks,
+           const FrontUpdate& how);
+  void update(const Work& work, const TreePair<Bounds>& trees, LeafPairSinks& sinks, const FrontUpdate& how);
   void reuse(const FrontChunk& chunk, LeafPairSink& sink, StopSignal stop);
   void run_neighbours(const Bvh<Bounds>& tree, PartId part, NeighbourChunk& chunk, LeafPairSink& sink,
                       bool wider, Answers answers);

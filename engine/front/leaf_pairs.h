@@ -2,6 +2,7 @@
 // Where the front hands over: overlapping leaf pairs go to a sink, one sink a thread.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -23,12 +24,20 @@ struct LeafGap {
   /// Bit 8 i + j: block i of the one and block j of the other are neighbours that were not tested. The same
   /// in every step.
   std::uint64_t neighbours = 0;
+
+  /// Of others of the leaves' blocks.
+  void add(const LeafGap& more) {
+    gap = std::min(gap, more.gap);
+    adjacent |= more.adjacent;
+    neighbours |= more.neighbours;
+  }
 };
 
 /// Which of two leaves' blocks are to be tested against each other.
 struct LeafBlocks {
   bool skip_neighbours = false;  ///< not those that list_neighbours() lists
   std::uint64_t neighbours = 0;  ///< which these are, as LeafGap says; 0 where that is not known, or none is
+  std::uint64_t among = ~std::uint64_t{0};  ///< only of these, numbered so
 };
 
 /// Takes leaf pairs as they are found. Used by one thread at a time.
@@ -50,6 +59,8 @@ class LeafPairSink {
   /// What was found in an earlier step, of leaves that have not moved since: a RestAnswer.
   virtual void keep(std::uint64_t triangle_pairs, const ContactTally& tally,
                     std::span<const Contact> contacts) = 0;
+  /// So many triangle pairs have been found here in this step: what the work was, about.
+  virtual std::uint64_t triangle_pairs() const = 0;
 };
 
 /// Gives each thread its own sink and clock. Thread-safe.

@@ -26,7 +26,7 @@ struct NeighbourPair {
 /// Some of a part's pairs, by the leaves that their blocks are in. Plain values; changed by one thread at a
 /// time.
 struct NeighbourChunk {
-  static constexpr std::size_t kPairs = 512;  ///< about, where they are not all that a subtree has
+  static constexpr std::size_t kPairs = 256;  ///< about, where they are not all that a subtree has
 
   struct Leaves {
     LeafId a;

@@ -3,42 +3,86 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <utility>
 
-namespace warmfront {
+#include "engine/parallel/stoppable_loops.h"
 
-void rebalance(FrontSegment& segment) {
-  constexpr std::size_t kPairs = FrontChunk::kPairs;
-  auto& chunks = segment.chunks;
-  const auto too_large = [](const FrontChunk& chunk) { return chunk.pairs.size() > 2 * kPairs; };
-  if (chunks.size() < 4 + 4 * (segment.size / kPairs) && std::ranges::none_of(chunks, too_large)) return;
-  std::vector<FrontChunk> balanced;
-  balanced.reserve(segment.size / (kPairs / 2) + 1);
-  const auto append = [&](const FrontChunk& from, std::size_t begin, std::size_t end, FrontChunk& to) {
-    const auto shift = static_cast<std::uint32_t>(to.pairs.size() - begin);  // modulo 2^32
-    to.pairs.insert(to.pairs.end(), from.pairs.begin() + static_cast<std::ptrdiff_t>(begin),
-                    from.pairs.begin() + static_cast<std::ptrdiff_t>(end));
-    auto contacts = from.kept.contacts.begin();
-    for (const KeptAnswers::OfPair& kept : from.kept.pairs) {
-      const auto next = contacts + kept.contacts;
-      if (kept.pair >= begin && kept.pair < end) {
-        to.kept.pairs.push_back({kept.pair + shift, kept.triangle_pairs, kept.contacts, kept.tally});
-        to.kept.contacts.insert(to.kept.contacts.end(), contacts, next);
-      }
-      contacts = next;
-    }
-    to.find_nodes();
+namespace warmfront {
+namespace {
+
+bool too_large(const FrontChunk& chunk) {
+  return chunk.pairs.size() > 2 * FrontChunk::kPairs;
+}
+
+/// What new chunks are made of: each of some runs of old ones' pairs.
+struct Division {
+  struct Run {
+    std::size_t chunk;
+    std::size_t begin;  // of its pairs
+    std::size_t end;
   };
-  for (FrontChunk& chunk : chunks) {
-    if (too_large(chunk)) {
-      for (std::size_t i = 0; i < chunk.pairs.size(); i += kPairs)
-        append(chunk, i, std::min(i + kPairs, chunk.pairs.size()), balanced.emplace_back());
-    } else if (!balanced.empty() && balanced.back().pairs.size() + chunk.pairs.size() <= kPairs) {
-      append(chunk, 0, chunk.pairs.size(), balanced.back());
-    } else if (!chunk.pairs.empty()) {
-      balanced.push_back(std::move(chunk));
+  std::vector<Run> runs;
+  std::vector<std::size_t> first_runs;  // by new chunk, and where they end
+
+  explicit Division(const FrontSegment& segment) {
+    constexpr std::size_t kPairs = FrontChunk::kPairs;
+    runs.reserve(segment.chunks.size() + segment.size / kPairs);
+    first_runs.reserve(segment.size / (kPairs / 2) + 2);
+    std::size_t last = kPairs;  // so many pairs has the last new chunk
+    for (std::size_t c = 0; c < segment.chunks.size(); ++c) {
+      const std::size_t size = segment.chunks[c].pairs.size();
+      const std::size_t most = too_large(segment.chunks[c]) ? kPairs : size;
+      for (std::size_t begin = 0; begin < size; begin += most) {
+        const std::size_t end = std::min(begin + most, size);
+        const bool joins = most == size && last + size <= kPairs;
+        if (!joins) first_runs.push_back(runs.size());
+        last = (joins ? last : 0) + end - begin;
+        runs.push_back({c, begin, end});
+      }
     }
+    first_runs.push_back(runs.size());
   }
+};
+
+// Appends pairs and what is kept of them.
+void append(const FrontChunk& from, std::size_t begin, std::size_t end, FrontChunk& to) {
+  const auto shift = static_cast<std::uint32_t>(to.pairs.size() - begin);  // modulo 2^32
+  to.pairs.insert(to.pairs.end(), from.pairs.begin() + static_cast<std::ptrdiff_t>(begin),
+                  from.pairs.begin() + static_cast<std::ptrdiff_t>(end));
+  auto contacts = from.kept.contacts.begin();
+  for (const KeptAnswers::OfPair& kept : from.kept.pairs) {
+    const auto next = contacts + kept.contacts;
+    if (kept.pair >= begin && kept.pair < end) {
+      to.kept.pairs.push_back({kept.pair + shift, kept.triangle_pairs, kept.contacts, kept.tally});
+      to.kept.contacts.insert(to.kept.contacts.end(), contacts, next);
+    }
+    contacts = next;
+  }
+}
+
+}  // namespace
+
+void rebalance(FrontSegment& segment, StopSignal stop) {
+  constexpr std::size_t kPairs = FrontChunk::kPairs;
+  constexpr std::size_t kAtOnce = 32;
+  auto& chunks = segment.chunks;
+  if (chunks.size() < 4 + 4 * (segment.size / kPairs) && std::ranges::none_of(chunks, too_large)) return;
+  const Division division(segment);
+  std::vector<FrontChunk> balanced(division.first_runs.size() - 1);
+  for_pieces(0, balanced.size(), kAtOnce, stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t c = first; c < end; ++c) {
+      const std::span runs =
+          std::span(division.runs)
+              .subspan(division.first_runs[c], division.first_runs[c + 1] - division.first_runs[c]);
+      FrontChunk& to = balanced[c];
+      const bool moves = !too_large(chunks[runs[0].chunk]);
+      if (moves) to = std::move(chunks[runs[0].chunk]);
+      for (const Division::Run& run : runs.subspan(moves ? 1 : 0))
+        append(chunks[run.chunk], run.begin, run.end, to);
+      if (!moves || runs.size() > 1) to.find_nodes();
+    }
+  });
   chunks = std::move(balanced);
 }
 

@@ -10,6 +10,7 @@
 #include "engine/contact.h"
 #include "engine/front/descend.h"
 #include "engine/front/rest_answer.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -89,7 +90,8 @@ struct FrontSegment {
 };
 
 /// Divides the segment's pairs into chunks again where one is much larger than the others, or many are much
-/// smaller: they are the unit of work. Chunks that are left as they are only change hands.
-void rebalance(FrontSegment& segment);
+/// smaller: they are the unit of work. Chunks that are left as they are only change hands. Parallel. Throws
+/// Stopped when told to stop; the segment is good for clear() only then.
+void rebalance(FrontSegment& segment, StopSignal stop);
 
 }  // namespace warmfront

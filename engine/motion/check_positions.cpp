@@ -1,12 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/motion/check_positions.h"
 
+#include <atomic>
 #include <cmath>
 
 #include "engine/motion/all_finite.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
+namespace {
+
+template <class Real>
+bool are_finite(std::span<const Real> numbers, StopSignal stop, Workers* workers) {
+  constexpr std::size_t kAtOnce = std::size_t{1} << 13;
+  std::atomic<bool> finite{true};
+  const auto of_piece = [&](std::size_t at, std::size_t end) {
+    if (!all_finite(numbers.data() + at, end - at)) finite.store(false, std::memory_order_relaxed);
+  };
+  if (workers == nullptr || numbers.size() < 4 * kAtOnce)
+    in_pieces(0, numbers.size(), stop, of_piece);
+  else
+    workers->run([&] { for_pieces(0, numbers.size(), kAtOnce, stop, of_piece); });
+  return finite.load(std::memory_order_relaxed);
+}
+
+}  // namespace
 
 Status check_count(std::size_t values, std::uint32_t vertex_count, const std::string& what) {
   const std::size_t expected = std::size_t{3} * vertex_count;
@@ -17,14 +35,10 @@ Status check_count(std::size_t values, std::uint32_t vertex_count, const std::st
 
 template <class Real>
 Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count, const std::string& what,
-                       StopSignal stop) {
+                       StopSignal stop, Workers* workers) {
   if (Status status = check_count(positions.size(), vertex_count, what); !status) return status;
   const std::size_t expected = positions.size();
-  bool finite = true;
-  in_pieces(0, expected, stop, [&](std::size_t at, std::size_t end) {
-    finite = finite && all_finite(positions.data() + at, end - at);
-  });
-  if (finite) return {};
+  if (are_finite(positions, stop, workers)) return {};
   PacedStop paced(stop);
   for (std::size_t i = 0; i < expected; ++i) {
     paced.check();
@@ -37,8 +51,9 @@ Status check_positions(std::span<const Real> positions, std::uint32_t vertex_cou
   return {};
 }
 
-template Status check_positions<float>(std::span<const float>, std::uint32_t, const std::string&, StopSignal);
+template Status check_positions<float>(std::span<const float>, std::uint32_t, const std::string&, StopSignal,
+                                       Workers*);
 template Status check_positions<double>(std::span<const double>, std::uint32_t, const std::string&,
-                                        StopSignal);
+                                        StopSignal, Workers*);
 
 }  // namespace warmfront

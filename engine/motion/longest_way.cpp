@@ -11,7 +11,7 @@ namespace warmfront {
 namespace {
 
 /// Vertices that are worth a task of their own.
-constexpr std::size_t kGrain = 4096;
+constexpr std::size_t kGrain = 1024;
 
 }  // namespace
 

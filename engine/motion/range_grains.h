@@ -14,7 +14,7 @@
 namespace warmfront {
 
 /// Vertices of a task.
-inline constexpr std::uint32_t kGrain = 4096;
+inline constexpr std::uint32_t kGrain = 1024;
 
 inline std::uint32_t grains_of(std::uint32_t first, std::uint32_t end) {
   return (end - first + kGrain - 1) / kGrain;

@@ -17,6 +17,8 @@
 #include "engine/scene.h"
 #include "engine/scene/part_id.h"
 #include "engine/scene/renumbering.h"
+#include "engine/stop.h"
+#include "engine/workers.h"
 
 namespace warmfront {
 
@@ -70,8 +72,9 @@ class SceneMotion {
   /// kInvalidArgument, naming the field and the first offender, for a frame that does not fit the scene:
   /// wrong lengths, coordinates that are not finite, poses that are not rigid or not of a rigid body, indices
   /// out of range or named twice, static or removed bodies that move. Changes nothing, whatever happens.
+  /// `workers`, if any, share many coordinates out.
   Status check(const Scene& scene, const Frame& frame, StopSignal stop = {},
-               PoseCheck poses = PoseCheck::kRigid);
+               PoseCheck poses = PoseCheck::kRigid, Workers* workers = nullptr);
 
   /// A motion that was begun. It is taken by commit() or kept as a trial by keep(); a Step that ends without
   /// either rolls it back: every placement and position is then, bit for bit, what it was before begin(), or
@@ -212,8 +215,9 @@ class SceneMotion {
   void take_magnitude();
   static bool turns(const Part& part);
   static Pose pose_at_start(const Part& part);
-  Status check_whole(const Scene& scene, const Positions& positions, StopSignal stop) const;
-  Status check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses);
+  Status check_whole(const Scene& scene, const Positions& positions, StopSignal stop, Workers* workers) const;
+  Status check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses,
+                     Workers* workers);
   void clear_marks(const Frame& frame) noexcept;
   // An index into motion_, which is in given numbers until renumber().
   std::uint32_t new_vertex(GivenVertex vertex) const {

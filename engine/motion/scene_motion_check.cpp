@@ -18,8 +18,8 @@ std::string at(const char* field, std::size_t index) {
 }
 
 Status check_any(const Positions& positions, std::uint32_t vertex_count, const std::string& what,
-                 StopSignal stop) {
-  return std::visit([&](auto values) { return check_positions(values, vertex_count, what, stop); },
+                 StopSignal stop, Workers* workers) {
+  return std::visit([&](auto values) { return check_positions(values, vertex_count, what, stop, workers); },
                     positions);
 }
 
@@ -35,12 +35,13 @@ Status check_movable(const Body& body, std::uint32_t index, const std::string& w
 
 }  // namespace
 
-Status SceneMotion::check(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses) {
+Status SceneMotion::check(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses,
+                          Workers* workers) {
   if (frame.positions) {
     if (!frame.bodies.empty() || !frame.poses.empty() || !frame.vertices.empty())
       return invalid_argument(
           "positions: the frame gives all vertices and also parts; give only one of them");
-    return check_whole(scene, *frame.positions, stop);
+    return check_whole(scene, *frame.positions, stop, workers);
   }
   // Messages of errors may find no memory.
   struct Marks {
@@ -48,7 +49,7 @@ Status SceneMotion::check(const Scene& scene, const Frame& frame, StopSignal sto
     SceneMotion& motion;
     const Frame& frame;
   } const marks{*this, frame};
-  return check_parts(scene, frame, stop, poses);
+  return check_parts(scene, frame, stop, poses, workers);
 }
 
 void SceneMotion::clear_marks(const Frame& frame) noexcept {
@@ -66,9 +67,11 @@ void SceneMotion::clear_marks(const Frame& frame) noexcept {
   for (const BodyPose& pose : frame.poses) clear_part(part_of_body(pose.body));
 }
 
-Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, StopSignal stop) const {
+Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, StopSignal stop,
+                                Workers* workers) const {
   PacedStop paced(stop);
-  if (Status status = check_any(positions, scene.vertex_count(), "positions", stop); !status) return status;
+  if (Status status = check_any(positions, scene.vertex_count(), "positions", stop, workers); !status)
+    return status;
   for (std::size_t b = 0; b < scene.bodies().size(); ++b) {
     const Body& body = scene.bodies()[b];
     if (body.kind != BodyKind::kStatic) continue;
@@ -85,7 +88,8 @@ Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, 
   return {};
 }
 
-Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses) {
+Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses,
+                                Workers* workers) {
   PacedStop paced(stop);
   const auto check_body = [&](std::uint32_t index, const std::string& where) -> Status {
     if (scene.bodies().empty())
@@ -112,7 +116,8 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     if (parts_[body.body].empty())
       return invalid_argument(where + ": " + in_words(body.body, scene.bodies()[body.body]) +
                               " is a half-space, which has no positions; it moves by poses: give its pose");
-    if (Status status = check_any(body.positions, scene.bodies()[body.body].vertex_count, "positions", stop);
+    if (Status status =
+            check_any(body.positions, scene.bodies()[body.body].vertex_count, "positions", stop, workers);
         !status)
       return of_body(where, body.body, scene.bodies()[body.body], status.error());
   }
@@ -150,7 +155,7 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     named_[v] = 1;
   }
   return check_any(frame.vertex_positions, static_cast<std::uint32_t>(frame.vertices.size()),
-                   "vertex_positions", stop);
+                   "vertex_positions", stop, workers);
 }
 
 }  // namespace warmfront

@@ -14,7 +14,7 @@
 namespace warmfront {
 namespace {
 
-constexpr std::size_t kGrain = 4096;
+constexpr std::size_t kGrain = 1024;
 /// The farthest vertex is looked for in a block of so many.
 constexpr std::size_t kBlock = 256;
 constexpr std::uint64_t kNoBlock = 0xffffffff;

@@ -56,7 +56,7 @@ void sort_bucket(std::span<Contact> bucket, StopSignal stop) {
 }  // namespace
 
 void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices,
-                   const FirstFeatures& of, std::size_t edges, std::vector<Contact>& to,
+                   const FirstFeatures& of, std::size_t edges, UnwrittenList<Contact>& to,
                    std::vector<std::size_t>& room, StopSignal stop) {
   std::size_t contacts = 0;
   for (const std::span<const Contact> list : lists) contacts += list.size();
@@ -76,8 +76,7 @@ void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t 
   in_pieces(1, next.size(), stop, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) next[i] += next[i - 1];
   });
-  to.clear();
-  lengthen(to, contacts, Contact{}, stop);
+  make_room(to, contacts);
   for_all([&](const Contact& contact) { to[take_one(next[buckets.of(contact)])] = contact; });
   constexpr std::size_t kBucketsAtOnce = 64;
   for_pieces(0, buckets.count(), kBucketsAtOnce, stop, [&](std::size_t begin, std::size_t end) {

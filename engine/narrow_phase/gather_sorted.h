@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/contact.h"
+#include "engine/parallel/unwritten_list.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -26,9 +27,9 @@ struct FirstFeatures {
 
 /// Replaces `to` by the contacts of all `lists`, in order, of a scene with so many vertices and edges.
 /// O(contacts), plus the sorting of those of one vertex or edge. `room`: kept from call to call, a number for
-/// 16 contacts. Throws Stopped when told to stop; `to` then holds contacts in unspecified order.
+/// 16 contacts. Throws Stopped when told to stop; `to` is unspecified then.
 void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices,
-                   const FirstFeatures& of, std::size_t edges, std::vector<Contact>& to,
+                   const FirstFeatures& of, std::size_t edges, UnwrittenList<Contact>& to,
                    std::vector<std::size_t>& room, StopSignal stop);
 
 }  // namespace warmfront

@@ -66,6 +66,7 @@ class LeafPairTester final : public LeafPairSink {
     const OneOfLeaf whole_b = OneOfLeaf::of(b.leaves.grids[leaf_b]);
     blocks_.begin_leaves(a, b, between, width);
     if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.skip_neighbours) {
+      if ((which.among & 1) == 0) return {kFar, false};
       const std::uint64_t excluded = Blocks::excluded(a, blocks_a.begin, b, blocks_b.begin);
       return {blocks_.test(a, blocks_a.begin, b, blocks_b.begin, excluded, same ? nullptr : &whole_b),
               excluded != 0};
@@ -74,7 +75,7 @@ class LeafPairTester final : public LeafPairSink {
     const EightOverlaps pairs =
         block_overlaps(a.leaves.wide[leaf_a], wide_b, {blocks_a.size(), blocks_b.size(), same}, between,
                        whole_b, tester.until(), gap_at_);
-    const std::uint64_t near = transposed(pairs.to_test);
+    const std::uint64_t near = transposed(pairs.to_test) & which.among;
     LeafGap nearest{pairs.gap, false};
     if (which.skip_neighbours)
       nearest.neighbours = neighbours_among(near, which, a, blocks_a.begin, blocks_b.begin);
@@ -151,6 +152,8 @@ class LeafPairTester final : public LeafPairSink {
     tester.keep(tally);
     for (const Contact& contact : contacts) tester.keep(contact);
   }
+
+  std::uint64_t triangle_pairs() const override { return tester.output().counts.triangle_pairs; }
 
   std::size_t memory_bytes() const {
     return sizeof(*this) - sizeof(tester) + tester.memory_bytes() + held_bytes(due_);

@@ -165,7 +165,7 @@ void NarrowPhase<Bounds>::test_edge_face_orphans(std::span<const EdgeFaceIds> or
 constexpr std::size_t kMany = 4096;
 
 template <class Bounds>
-NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
+NarrowPhaseOutput NarrowPhase<Bounds>::finish(UnwrittenList<Contact>& contacts) {
   NarrowPhaseOutput sum;
   const NarrowPhaseInput& input = *impl_->input;
   std::vector<std::span<const Contact>>& lists = impl_->found;

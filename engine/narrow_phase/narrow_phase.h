@@ -17,6 +17,7 @@
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
 #include "engine/parallel/stage_clock.h"
+#include "engine/parallel/unwritten_list.h"
 #include "engine/scene/orphans.h"
 #include "engine/scene/ownership.h"
 #include "engine/scene/pair_filter.h"
@@ -115,7 +116,7 @@ class NarrowPhase final : public LeafPairSinks {
   void test_orphans(std::span<OrphanBlocks* const> parts, bool retest);
 
   /// Merges the threads' contacts, sorted, into `contacts` (left empty for Report::kCount). Parallel.
-  NarrowPhaseOutput finish(std::vector<Contact>& contacts);
+  NarrowPhaseOutput finish(UnwrittenList<Contact>& contacts);
   /// After finish(), of Report::kEarliest: the least toi in a world, by its place in Worlds;
   /// EarliestTimes::kNone without a contact.
   double earliest_in(std::uint32_t world) const;

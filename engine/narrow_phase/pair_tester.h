@@ -102,6 +102,7 @@ class PairTester {
   StageClock& clock() { return clock_; }
   std::vector<Contact>& contacts() { return contacts_; }
   NarrowPhaseOutput& output() { return output_; }
+  const NarrowPhaseOutput& output() const { return output_; }
   std::size_t memory_bytes() const {
     return sizeof(*this) + contacts_.capacity() * sizeof(Contact) + met_.memory_bytes();
   }

@@ -56,13 +56,13 @@ void in_pieces(std::size_t first, std::size_t end, StopSignal stop, Body&& body,
 template <class T>
 constexpr std::size_t kFreshAtOnce = std::max<std::size_t>(1, (std::size_t{1} << 20) / sizeof(T));
 
-template <class T>
-void reserve(std::vector<T>& list, std::size_t size, StopSignal stop);
+template <class T, class Allocator>
+void reserve(std::vector<T, Allocator>& list, std::size_t size, StopSignal stop);
 
 /// Appends to a list. Touches new memory, and moves old elements, piece by piece. Throws Stopped when told to
 /// stop; the list may then be longer than before, and nothing else is changed.
-template <class T>
-void append(std::vector<T>& list, std::span<const T> more, StopSignal stop) {
+template <class T, class Allocator>
+void append(std::vector<T, Allocator>& list, std::span<const T> more, StopSignal stop) {
   reserve(list, list.size() + more.size(), stop);
   const auto append_piece = [&](std::size_t begin, std::size_t end) {
     list.insert(list.end(), more.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -80,10 +80,10 @@ void lengthen(std::vector<T>& list, std::size_t size, const T& value, StopSignal
 }
 
 /// Reserves exactly `size` elements if the capacity is less.
-template <class T>
-void reserve(std::vector<T>& list, std::size_t size, StopSignal stop) {
+template <class T, class Allocator>
+void reserve(std::vector<T, Allocator>& list, std::size_t size, StopSignal stop) {
   if (size <= list.capacity()) return;
-  std::vector<T> roomier;
+  std::vector<T, Allocator> roomier;
   roomier.reserve(size);
   prefer_large_pages(roomier.data(), size * sizeof(T));
   append(roomier, std::span<const T>(list), stop);

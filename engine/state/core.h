@@ -16,6 +16,7 @@
 #include "engine/motion/scene_motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
+#include "engine/parallel/unwritten_list.h"
 #include "engine/scene/collision_model.h"
 #include "engine/scene/pair_filter.h"
 #include "engine/scene/thickness.h"
@@ -26,7 +27,7 @@ namespace warmfront {
 
 /// A question's answer, pair by pair.
 struct FoundPairs {
-  std::vector<Contact> contacts;
+  UnwrittenList<Contact> contacts;
   std::vector<ContactGeometry> geometry;   ///< of these, when asked for
   std::vector<ClosestPair> closest_pairs;  ///< of these, when they are reduced
   std::vector<double> vertex_distances;    ///< by given vertex, instead of these

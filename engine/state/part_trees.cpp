@@ -14,7 +14,7 @@ namespace warmfront {
 namespace {
 
 /// Vertices whose bounds are worth a task of their own.
-constexpr std::uint32_t kGrain = 4096;
+constexpr std::uint32_t kGrain = 1024;
 
 /// A hierarchy is rebuilt when its looseness has grown this much since its build; looked at every few steps.
 constexpr double kLoosenessLimit = 2.0;

@@ -24,7 +24,7 @@ VertexMotion at_toi(const Core& core, std::uint32_t v, const VertexMotion& verte
 
 void compute_contact_fields(Core& core, StopSignal stop) {
   FoundPairs& found = core.found();
-  const std::vector<Contact>& contacts = found.contacts;
+  const std::span<const Contact> contacts = found.contacts;
   std::vector<ContactGeometry>& geometry = found.geometry;
   geometry.clear();
   if (!core.options.fields.any()) return;

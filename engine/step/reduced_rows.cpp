@@ -39,7 +39,7 @@ void ReducedRows::run(Core& core, StopSignal stop) {
 
 void ReducedRows::find_closest(Core& core, StopSignal stop) {
   FoundPairs& found = core.found();
-  const std::vector<Contact>& contacts = found.contacts;
+  const std::span<const Contact> contacts = found.contacts;
   const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
   const Renumbering& numbering = core.topology->numbering;
   shared_.clear();
@@ -140,7 +140,7 @@ void ReducedRows::count(std::vector<ClosestPair>& pairs, StopSignal stop) {
 }
 
 void ReducedRows::keep_first(FoundPairs& found, StopSignal stop) {
-  std::vector<Contact>& contacts = found.contacts;
+  UnwrittenList<Contact>& contacts = found.contacts;
   std::vector<ClosestPair>& pairs = found.closest_pairs;
   std::size_t kept = 0;
   in_pieces(0, contacts.size(), stop, [&](std::size_t from, std::size_t to) {

@@ -41,6 +41,7 @@ class CountingSinks final : public LeafPairSinks, public LeafPairSink {
   void keep(std::uint64_t triangle_pairs, const ContactTally&, std::span<const Contact>) override {
     count += triangle_pairs;
   }
+  std::uint64_t triangle_pairs() const override { return count; }
   std::atomic<std::uint64_t> count{0};
   std::atomic<std::uint64_t> neighbour_chunks{0};
 

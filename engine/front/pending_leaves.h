@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Leaf pairs that a task has found and not tested yet. No box tells what a leaf pair costs: in crumpled cloth
+// it is hundreds of times what it is elsewhere. So a task tests what it has found itself, until that turns
+// out to be much, and shares the rest out from then on.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "engine/front/leaf_pairs.h"
+#include "engine/parallel/fork_within.h"
+
+namespace warmfront {
+
+/// Used by one thread at a time, for one chunk of the front.
+class PendingLeaves {
+ public:
+  struct Pair {
+    NodePair leaves;
+    std::uint32_t place;       ///< among the chunk's pairs
+    std::uint64_t neighbours;  ///< as LeafBlocks has them
+  };
+
+  /// The next pairs are those of another chunk. `sink` is this thread's.
+  void begin(const LeafPairSink& sink) {
+    count_ = 0;
+    done_before_ = sink.triangle_pairs();
+  }
+
+  /// There must be room: test() makes it.
+  void add(const Pair& pair) { pairs_[count_++] = pair; }
+  bool full() const { return count_ == kMost; }
+
+  /// Tests all, in any order and by any threads, and calls `take` with each and its LeafGap, in the order in
+  /// which they were added. `sink` is this thread's; `wide`: leaves have several blocks.
+  template <class Take>
+  void test(const PartPair& parts, bool skip_neighbours, bool wide, LeafPairSink& sink, LeafPairSinks& sinks,
+            Take&& take) {
+    std::uint32_t tested = 0;
+    for (; tested < count_ && sink.triangle_pairs() - done_before_ < kOneTask; ++tested) {
+      const Pair& pair = pairs_[tested];
+      take(pair, sink.leaf_pair(parts, pair.leaves, {skip_neighbours, pair.neighbours}));
+    }
+    // Those of wide leaves are several tasks each.
+    const std::uint32_t tasks = wide ? kTasks : 1;
+    fork_within(tested * tasks, count_ * tasks, [&](std::uint32_t i) {
+      const StageClock::In front(sinks.clock(), Stage::kFront);
+      const Pair& pair = pairs_[i / tasks];
+      const std::uint64_t among = wide ? kOfTask << (64 / kTasks * (i % tasks)) : ~std::uint64_t{0};
+      learnt_[i] = sinks.local().leaf_pair(parts, pair.leaves, {skip_neighbours, pair.neighbours, among});
+    });
+    for (; tested < count_; ++tested) {
+      LeafGap learnt = learnt_[tested * tasks];
+      for (std::uint32_t task = 1; task < tasks; ++task) learnt.add(learnt_[tested * tasks + task]);
+      take(pairs_[tested], learnt);
+    }
+    count_ = 0;
+  }
+
+ private:
+  static constexpr std::uint32_t kMost = 64;
+  static constexpr std::uint32_t kTasks = 4;
+  static constexpr std::uint64_t kOfTask = (std::uint64_t{1} << 64 / kTasks) - 1;  // two blocks of the first
+  /// Triangle pairs that are worth a task of their own: some 25 us.
+  static constexpr std::uint64_t kOneTask = 128;
+
+  std::array<Pair, kMost> pairs_;
+  std::array<LeafGap, kMost * kTasks> learnt_;
+  std::uint32_t count_ = 0;
+  std::uint64_t done_before_ = 0;  // by this thread's sink
+};
+
+}  // namespace warmfront
