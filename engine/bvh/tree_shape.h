@@ -78,7 +78,8 @@ class TreeShape {
     // A small hierarchy is one task: there are many more of its kind. A larger one is shared.
     if (primitives_ <= 1024) return 0;
     const auto log2 = [](std::uint32_t x) { return static_cast<int>(std::bit_width(x)) - 1; };
-    return std::min(log2(primitives_ / 256), 8);
+    const int level = std::max(std::min(log2(primitives_ / 256), 4), log2(primitives_ / 512));
+    return std::min(level, 8);
   }
   std::uint32_t subtree_count() const { return 1U << subtree_level(); }
   NodeId subtree_root(std::uint32_t subtree) const { return first_of_level(subtree_level()) + subtree; }

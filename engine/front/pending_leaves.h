@@ -42,28 +42,34 @@ class PendingLeaves {
       const Pair& pair = pairs_[tested];
       take(pair, sink.leaf_pair(parts, pair.leaves, {skip_neighbours, pair.neighbours}));
     }
-    // Those of wide leaves are several tasks each.
+    if (tested < count_) share_out(tested, parts, skip_neighbours, wide, sinks, take);
+    count_ = 0;
+  }
+
+ private:
+  // Tests those from here on. Those of wide leaves are several tasks each.
+  template <class Take>
+  void share_out(std::uint32_t first, const PartPair& parts, bool skip_neighbours, bool wide,
+                 LeafPairSinks& sinks, Take&& take) {
     const std::uint32_t tasks = wide ? kTasks : 1;
-    fork_within(tested * tasks, count_ * tasks, [&](std::uint32_t i) {
+    fork_within(first * tasks, count_ * tasks, [&](std::uint32_t i) {
       const StageClock::In front(sinks.clock(), Stage::kFront);
       const Pair& pair = pairs_[i / tasks];
       const std::uint64_t among = wide ? kOfTask << (64 / kTasks * (i % tasks)) : ~std::uint64_t{0};
       learnt_[i] = sinks.local().leaf_pair(parts, pair.leaves, {skip_neighbours, pair.neighbours, among});
     });
-    for (; tested < count_; ++tested) {
-      LeafGap learnt = learnt_[tested * tasks];
-      for (std::uint32_t task = 1; task < tasks; ++task) learnt.add(learnt_[tested * tasks + task]);
-      take(pairs_[tested], learnt);
+    for (std::uint32_t pair = first; pair < count_; ++pair) {
+      LeafGap learnt = learnt_[pair * tasks];
+      for (std::uint32_t task = 1; task < tasks; ++task) learnt.add(learnt_[pair * tasks + task]);
+      take(pairs_[pair], learnt);
     }
-    count_ = 0;
   }
 
- private:
   static constexpr std::uint32_t kMost = 64;
   static constexpr std::uint32_t kTasks = 4;
   static constexpr std::uint64_t kOfTask = (std::uint64_t{1} << 64 / kTasks) - 1;  // two blocks of the first
-  /// Triangle pairs that are worth a task of their own: some 25 us.
-  static constexpr std::uint64_t kOneTask = 128;
+  /// Triangle pairs that are worth a task of their own: some 0.2 ms.
+  static constexpr std::uint64_t kOneTask = 512;
 
   std::array<Pair, kMost> pairs_;
   std::array<LeafGap, kMost * kTasks> learnt_;

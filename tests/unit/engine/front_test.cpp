@@ -105,7 +105,7 @@ TEST(TreeShape, SubtreesPartitionTheLeaves) {
         for (std::size_t i = begin; i < leaves.size(); ++i) ASSERT_EQ(shape.subtree_of(leaves[i]), subtree);
       }
       ASSERT_EQ(leaves.size(), shape.leaf_count());
-      EXPECT_LE(shape.subtree_count(), std::max(1U, primitives / 256));
+      EXPECT_LE(shape.subtree_count(), std::max(16U, primitives / 512));
     }
   }
   EXPECT_EQ(most, 256U);
