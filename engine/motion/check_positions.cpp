@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/motion/check_positions.h"
 
-#include <atomic>
 #include <cmath>
 
 #include "engine/motion/all_finite.h"
+#include "engine/parallel/join_pieces.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
@@ -13,15 +13,17 @@ namespace {
 template <class Real>
 bool are_finite(std::span<const Real> numbers, StopSignal stop, Workers* workers) {
   constexpr std::size_t kAtOnce = std::size_t{1} << 13;
-  std::atomic<bool> finite{true};
   const auto of_piece = [&](std::size_t at, std::size_t end) {
-    if (!all_finite(numbers.data() + at, end - at)) finite.store(false, std::memory_order_relaxed);
+    return all_finite(numbers.data() + at, end - at);
   };
+  const auto both = [](bool& all, bool piece) { all = all && piece; };
+  bool finite = true;
   if (workers == nullptr || numbers.size() < 4 * kAtOnce)
-    in_pieces(0, numbers.size(), stop, of_piece);
+    in_pieces(0, numbers.size(), stop,
+              [&](std::size_t at, std::size_t end) { finite = finite && of_piece(at, end); });
   else
-    workers->run([&] { for_pieces(0, numbers.size(), kAtOnce, stop, of_piece); });
-  return finite.load(std::memory_order_relaxed);
+    workers->run([&] { finite = join_pieces(0, numbers.size(), stop, true, of_piece, both, kAtOnce); });
+  return finite;
 }
 
 }  // namespace

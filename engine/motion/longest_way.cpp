@@ -5,16 +5,10 @@
 #include <atomic>
 #include <cmath>
 
+#include "engine/motion/range_grains.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
-namespace {
-
-/// Vertices that are worth a task of their own.
-constexpr std::size_t kGrain = 1024;
-
-}  // namespace
-
 double way_of(const VertexMotion& vertex) {
   const double x = vertex.t1[0] - vertex.t0[0];
   const double y = vertex.t1[1] - vertex.t0[1];

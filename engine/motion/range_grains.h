@@ -13,7 +13,7 @@
 
 namespace warmfront {
 
-/// Vertices of a task.
+/// Vertices that are worth a task of their own.
 inline constexpr std::uint32_t kGrain = 1024;
 
 inline std::uint32_t grains_of(std::uint32_t first, std::uint32_t end) {

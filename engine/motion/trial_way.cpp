@@ -8,13 +8,13 @@
 #include <cstdint>
 #include <limits>
 
+#include "engine/motion/range_grains.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/simd/lanes.h"
 
 namespace warmfront {
 namespace {
 
-constexpr std::size_t kGrain = 1024;
 /// The farthest vertex is looked for in a block of so many.
 constexpr std::size_t kBlock = 256;
 constexpr std::uint64_t kNoBlock = 0xffffffff;

@@ -8,13 +8,11 @@
 #include "engine/bounds/moving.h"
 #include "engine/bvh/build.h"
 #include "engine/bvh/node_patches.h"
+#include "engine/motion/range_grains.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
 namespace {
-
-/// Vertices whose bounds are worth a task of their own.
-constexpr std::uint32_t kGrain = 1024;
 
 /// A hierarchy is rebuilt when its looseness has grown this much since its build; looked at every few steps.
 constexpr double kLoosenessLimit = 2.0;
