@@ -71,8 +71,8 @@ class SharedVertices {
   /// those that did not fit in a's row.
   template <class Visit>
   void for_neighbours(BlockId a, Visit&& visit) const {
-    const std::uint32_t row = kRow * number_of(a);
-    for (std::uint32_t place = row; place < row + kRow && others_[place] != kNone; ++place)
+    const std::size_t row = std::size_t{kRow} * number_of(a);
+    for (std::size_t place = row; place < row + kRow && others_[place] != kNone; ++place)
       visit(BlockId{others_[place]});
   }
   /// As of(), for two blocks that for_neighbours() does not visit.
@@ -112,14 +112,14 @@ class SharedVertices {
 
   // Branchless over the whole row: the exit is unpredictable.
   std::uint32_t place_in_row(std::uint32_t owner, std::uint32_t other) const {
-    const std::uint32_t row = kRow * owner;
+    const std::size_t row = std::size_t{kRow} * owner;
     std::uint32_t found = 0;
     for (std::uint32_t i = 0; i < kRow; ++i) found |= others_[row + i] == other ? i + 1 : 0;
-    return found != 0 ? row + found - 1 : kNone;
+    return found != 0 ? found - 1 : kNone;
   }
   std::uint64_t in_row(std::uint32_t owner, std::uint32_t other) const {
     const std::uint32_t place = place_in_row(owner, other);
-    return place != kNone ? pairs_[place] : beyond_row(owner, other);
+    return place != kNone ? pairs_[std::size_t{kRow} * owner + place] : beyond_row(owner, other);
   }
   std::uint64_t beyond_row(std::uint32_t owner, std::uint32_t other) const {
     return more_.empty() || has_more_[owner] == 0 ? 0 : among_more(owner, other);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/motion/all_finite.h"
+#include "engine/parallel/default_environment.h"
 #include "engine/parallel/join_pieces.h"
 #include "engine/parallel/stoppable_loops.h"
 
@@ -17,6 +18,8 @@ bool are_finite(std::span<const Real> numbers, StopSignal stop, Workers* workers
     return all_finite(numbers.data() + at, end - at);
   };
   const auto both = [](bool& all, bool piece) { all = all && piece; };
+  // Not a number, and what is infinite, times zero: where that traps, it would before it is told.
+  const DefaultEnvironment environment;
   bool finite = true;
   if (workers == nullptr || numbers.size() < 4 * kAtOnce)
     in_pieces(0, numbers.size(), stop,

@@ -186,13 +186,16 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(UnwrittenList<Contact>& contacts) 
   contacts.clear();
   for (const std::span<const Contact> list : lists) append(contacts, list, input.stop);
   if (earliest) {
+    PacedStop paced(input.stop);
     std::erase_if(contacts, [&](const Contact& c) {
+      paced.check();
       return c.toi > earliest_in(world_of(c, input.scene, input.numbering, input.worlds));
     });
     sum.found = {};
     for (const Contact& contact : contacts) sum.found.count(contact.kind);
     sum.over_limit = contacts.size() > input.options.max_contacts;
-    sum.possible = static_cast<std::uint64_t>(std::ranges::count_if(contacts, [](const Contact& c) {
+    sum.possible = static_cast<std::uint64_t>(std::ranges::count_if(contacts, [&](const Contact& c) {
+      paced.check();
       return c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget;
     }));
   }

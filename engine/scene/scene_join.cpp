@@ -146,7 +146,12 @@ Scene SceneJoin::join(std::span<const SceneSlice> slices, std::uint32_t body_cou
 std::vector<std::uint32_t> SceneJoin::order_faces_by_body(Scene& scene, StopSignal stop) {
   const auto body_of = [&](const Face& face) { return scene.body_of_vertex()[face[0]]; };
   std::vector<std::uint32_t> rank;
-  if (std::ranges::is_sorted(scene.faces(), {}, body_of)) return rank;
+  bool ordered = true;
+  in_pieces(1, scene.face_count(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t f = first; f < end; ++f)
+      ordered &= body_of(scene.faces()[f - 1]) <= body_of(scene.faces()[f]);
+  });
+  if (ordered) return rank;
   std::vector<std::uint32_t> next(std::size_t{scene.body_count()} + 1, 0);
   PacedStop paced(stop);
   for (const Face& face : scene.faces()) {

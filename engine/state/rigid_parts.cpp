@@ -209,7 +209,9 @@ double RigidParts::wanted_clearance(PartId part) const {
 std::vector<PartId> RigidParts::due(const Topology& topology, const SceneMotion& motion) const {
   std::vector<PartId> due;
   double least = std::numeric_limits<double>::infinity();
-  for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+  // There may be room for more: for a body whose addition failed.
+  const auto part_count = static_cast<std::uint32_t>(topology.parts.size());
+  for (std::uint32_t p = 0; p < part_count; ++p) {
     const Part& part = parts_[p];
     const bool looked_at = part.wait == 0 && (motion.state(PartId{p}) & kMoving) != 0;
     if (!looked_at || part.fitted < kSteps || part.clearance) continue;

@@ -28,7 +28,7 @@ void compute_contact_fields(Core& core, StopSignal stop) {
   std::vector<ContactGeometry>& geometry = found.geometry;
   geometry.clear();
   if (!core.options.fields.any()) return;
-  geometry.resize(contacts.size());
+  lengthen(geometry, contacts.size(), ContactGeometry{}, stop);
   const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
   const Renumbering& numbering = core.topology->numbering;
   for_each_index(0, contacts.size(), stop, [&](std::size_t i) {

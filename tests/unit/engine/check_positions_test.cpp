@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cfenv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -43,6 +44,20 @@ void names_the_first() {
 TEST(CheckPositions, NamesTheFirstOfMany) {
   names_the_first<float>();
   names_the_first<double>();
+}
+
+// A program that debugs may have the processor trap where something is not a number.
+TEST(CheckPositions, NothingTraps) {
+  const std::vector<double> positions{0, 1, std::numeric_limits<double>::infinity()};
+  std::fenv_t saved;
+  std::fegetenv(&saved);
+  feenableexcept(FE_INVALID | FE_OVERFLOW | FE_DIVBYZERO);
+  const Status status = check_positions(std::span<const double>(positions), 1, "positions", {}, nullptr);
+  const int traps = fegetexcept();
+  std::fesetenv(&saved);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().message, "positions[0].z: is infinite; coordinates must be finite");
+  EXPECT_EQ(traps, FE_INVALID | FE_OVERFLOW | FE_DIVBYZERO);
 }
 
 }  // namespace
