@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "engine/bvh/fill_blocks.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/primitives.h"
 
@@ -58,7 +59,14 @@ class Blocks {
   std::uint32_t count() const { return held_.shape.block_count(); }
   // How many primitives one holds.
   std::uint32_t size(std::uint32_t b) const {
-    return opened_[b] == kClosed ? held_.shape.size_of_block(BlockId{b}) : open_[opened_[b]].count;
+    return opened_[b] == kClosed ? size_before(b) : open_[opened_[b]].count;
+  }
+
+  // By block, when those in which something went are open.
+  std::vector<BlockRoom> rooms(std::uint32_t most) const {
+    std::vector<BlockRoom> rooms(count());
+    for (std::uint32_t b = 0; b < count(); ++b) rooms[b] = {size_before(b) - size(b), most - size(b)};
+    return rooms;
   }
 
   // What was in this position of the order, as given now; kNoPrimitive: it is gone. Before its block is
@@ -111,6 +119,7 @@ class Blocks {
  private:
   static constexpr std::uint32_t kClosed = 0xffffffff;
 
+  std::uint32_t size_before(std::uint32_t b) const { return held_.shape.size_of_block(BlockId{b}); }
   std::uint32_t begin(std::uint32_t b) const { return held_.shape.begin_of_block(BlockId{b}); }
   std::uint32_t face_before(std::uint32_t position) const {
     return face_number(held_.order[position]) - first_face_;
@@ -122,55 +131,6 @@ class Blocks {
   std::vector<std::uint32_t> opened_;  // by block: where in open_
   std::vector<Block> open_;
 };
-
-// The nearest of the blocks around one, itself first, of which something is true; their count for none.
-template <class Holds>
-std::uint32_t nearest(std::uint32_t block, std::uint32_t count, Holds&& holds) {
-  for (std::uint32_t away = 0; away <= kReach; ++away) {
-    if (block >= away && holds(block - away)) return block - away;
-    if (block + away < count && holds(block + away)) return block + away;
-  }
-  return count;
-}
-
-// Some blocks that held primitives of a vertex.
-class BlocksAround {
- public:
-  void add(std::uint32_t block) {
-    if (count_ < blocks_.size() && !holds(block)) blocks_[count_++] = block;
-  }
-  bool holds(std::uint32_t block) const { return std::ranges::find(blocks(), block) != blocks().end(); }
-  std::span<const std::uint32_t> blocks() const { return std::span(blocks_).first(count_); }
-
- private:
-  std::array<std::uint32_t, 6> blocks_{};
-  std::size_t count_ = 0;
-};
-
-// Where something new belongs, by the blocks around its vertices: to one that held most of them; of these,
-// where there is the most room, so that what comes fills what went. Else to one near by; the count of blocks
-// for none.
-std::uint32_t block_for(std::span<const BlocksAround* const> of_vertices, const Blocks& blocks,
-                        std::uint32_t most) {
-  const std::uint32_t count = blocks.count();
-  const auto has_room = [&](std::uint32_t b) { return blocks.size(b) < most; };
-  std::uint32_t best = count;
-  std::uint32_t any = 0;
-  std::ptrdiff_t vertices_of_best = 0;
-  for (const BlocksAround* around : of_vertices) {
-    for (const std::uint32_t b : around->blocks()) {
-      any = b;
-      if (!has_room(b)) continue;
-      const auto vertices =
-          std::ranges::count_if(of_vertices, [b](const BlocksAround* other) { return other->holds(b); });
-      if (vertices < vertices_of_best) continue;
-      if (vertices == vertices_of_best && blocks.size(b) >= blocks.size(best)) continue;
-      vertices_of_best = vertices;
-      best = b;
-    }
-  }
-  return best != count ? best : nearest(any, count, has_room);
-}
 
 // Which primitives of a body there are, and which of them have a place.
 class Placing {
@@ -191,20 +151,19 @@ class Placing {
   }
   // Those without.
   template <class Visit>
-  bool for_others(const LocalChange& change, PacedStop& paced, Visit&& visit) const {
+  void for_others(const LocalChange& change, PacedStop& paced, Visit&& visit) const {
     for (const std::uint32_t f : change.came) {
       paced.check();
-      if (!visit(primitive_of_face(f))) return false;
+      visit(primitive_of_face(f));
     }
     for (std::size_t i = 0; i < segments_.size(); ++i) {
       paced.check();
-      if (segments_[i] == 0 && !visit(primitive_of_edge(lone_edges(alone_)[i]))) return false;
+      if (segments_[i] == 0) visit(primitive_of_edge(lone_edges(alone_)[i]));
     }
     for (std::size_t i = 0; i < points_.size(); ++i) {
       paced.check();
-      if (points_[i] == 0 && !visit(primitive_of_vertex(alone_.isolated_vertices()[i]))) return false;
+      if (points_[i] == 0) visit(primitive_of_vertex(alone_.isolated_vertices()[i]));
     }
-    return true;
   }
 
  private:
@@ -288,20 +247,25 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
       around[i].add(block_of_face[f - part.first_face]);
     }
   }
-  const bool all_placed = placing.for_others(change, paced, [&](Primitive p) {
-    std::array<const BlocksAround*, 3> of_vertices;
+  std::vector<Primitive> others;
+  std::vector<Newcomer> newcomers;
+  placing.for_others(change, paced, [&](Primitive p) {
+    others.push_back(p);
+    Newcomer& newcomer = newcomers.emplace_back();
     const Face vertices = primitive_vertices(alone, p);
-    for (std::size_t k = 0; k < 3; ++k) of_vertices[k] = &around[asked[before_of(vertices[k])]];
-    const std::uint32_t block = block_for(of_vertices, blocks, most);
-    if (block == count) return false;
-    blocks.open(block).add({p});
-    return true;
+    for (std::size_t k = 0; k < 3; ++k) newcomer[k] = &around[asked[before_of(vertices[k])]];
   });
-  if (!all_placed) return std::nullopt;
+  const std::vector<std::uint32_t> block_of = fill_blocks(newcomers, blocks.rooms(most), stop);
+  if (block_of.size() != others.size()) return std::nullopt;
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    paced.check();
+    blocks.open(block_of[i]).add({others[i]});
+  }
   for (std::uint32_t b = 0; b < count; ++b) {
     paced.check();
     if (blocks.size(b) > 0) continue;
-    const std::uint32_t from = nearest(b, count, [&](std::uint32_t other) { return blocks.size(other) > 1; });
+    const std::uint32_t from =
+        nearest_block(b, count, [&](std::uint32_t other) { return blocks.size(other) > 1; });
     if (from == count) return std::nullopt;
     blocks.open(from);
     Block& empty = blocks.open(b);

@@ -34,14 +34,12 @@ struct KeptOrder {
 
 /// `held` is of the hierarchy of the body when it was `part` of the scene `before`, renumbered by
 /// `numbering`; `alone` is the body with its other elements, and `change` what find_local_change() says of
-/// it, as given. Primitives that are left stay in their blocks, where they can in their places; each that is
-/// new goes to the block that held most of its vertices and has room, or has its place near by; a block of
-/// which nothing is left takes one from near by. Nothing where there is no room within kReach blocks, or
-/// where less than half of all room is used. Given numbers of `alone`. O(primitives). Throws Stopped when
-/// told to stop.
+/// it, as given. Primitives that are left stay in their blocks, where they can in their places; those that
+/// are new go where fill_blocks() says; a block of which nothing is left takes one from near by. Nothing
+/// where there is no room within kReach blocks, or where less than half of all room is used. Given numbers of
+/// `alone`. O(primitives). Throws Stopped when told to stop.
 std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, const Renumbering& numbering,
                                     const MeshRange& part, const Scene& alone, const LocalChange& change,
                                     StopSignal stop);
-inline constexpr std::uint32_t kReach = 32;
 
 }  // namespace warmfront

@@ -112,7 +112,8 @@ void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop)
   } else {
     made.numbering.extend(given, made.scene, stop);
   }
-  for (Primitive& primitive : part.order) primitive = made.numbering.apply(primitive);
+  std::uint32_t next_face = 0;  // faces are numbered in this order
+  for (Primitive& p : part.order) p = is_face(p) ? primitive_of_face(next_face++) : made.numbering.apply(p);
   part.features = whole(made.scene);
   part.end_face = made.scene.face_count();
   if (topology_.cones_) made.patches = made.numbering.apply(find_patches(given, kPatchRings, stop));

@@ -113,33 +113,57 @@ void append_row(ChangedRows& rows, std::span<const std::uint32_t> before,
   rows.end_row(row);
 }
 
-// Appends items of runs, less a shift of their numbers; `came` writes what is in none.
-template <class T, class Came>
+// Appends items of runs, each number in them as `now` says; `came` makes those that are in none.
+template <class T, class Came, class Now>
 void append_runs(std::vector<T>& to, std::span<const T> from, std::span<const Run> runs, std::size_t count,
-                 std::uint32_t shift, StopSignal stop, Came&& came) {
+                 StopSignal stop, Came&& came, Now&& now) {
   reserve(to, count, stop);
+  PacedStop paced(stop, 256);
+  const auto those_that_came = [&](std::size_t until) {
+    for (; to.size() < until; to.push_back(came(to.size()))) paced.check();
+  };
   for (const Run& run : runs) {
-    while (to.size() < run.to) to.push_back(came(to.size()));
+    those_that_came(run.to);
     in_pieces(run.from, run.from + run.count, stop, [&](std::size_t first, std::size_t end) {
       const std::size_t at = to.size();
       to.resize(at + end - first);
+      const T* const read = from.data() + first;
+      T* const write = to.data() + at;
       for (std::size_t i = 0; i < end - first; ++i) {
-        for (std::size_t k = 0; k < to[at + i].size(); ++k) to[at + i][k] = from[first + i][k] - shift;
+        for (std::size_t k = 0; k < read[i].size(); ++k) write[i][k] = now(read[i][k]);
       }
     });
   }
-  while (to.size() < count) to.push_back(came(to.size()));
+  those_that_came(count);
+}
+
+// The edges of each face, in the numbers that these have now; `came` says those of a face that is in no run.
+template <class Came>
+void follow_edges(std::vector<Three>& to, std::span<const Three> from, const MeshRange& part,
+                  const LocalChange& change, std::size_t count, StopSignal stop, Came&& came) {
+  const std::uint32_t first_edge = number_of(part.features.first_edge);
+  const std::span<const Three> before = from.subspan(part.first_face, part.face_count());
+  const auto append = [&](auto&& now) { append_runs(to, before, change.face_runs, count, stop, came, now); };
+  if (in_place(change.edge_runs))
+    append([=](std::uint32_t edge) { return edge - first_edge; });
+  else
+    append([&](std::uint32_t edge) { return number_of(change.edge_of[edge - first_edge]); });
 }
 
 // (what a face that came has, the face), ascending and each once.
 template <class Has>
-std::vector<Edge> by_what_they_have(std::span<const std::uint32_t> came, Has&& has) {
+std::vector<Edge> by_what_they_have(std::span<const std::uint32_t> came, StopSignal stop, Has&& has) {
   std::vector<Edge> rows;
   rows.reserve(3 * came.size());
+  PacedStop paced(stop, 256);
   for (const std::uint32_t f : came) {
+    paced.check();
     for (const std::uint32_t row : has(f)) rows.push_back({row, f});
   }
-  std::ranges::sort(rows);
+  std::ranges::sort(rows, [&](const Edge& x, const Edge& y) {
+    paced.check();
+    return x < y;
+  });
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   return rows;
 }
@@ -177,45 +201,27 @@ Scene ChangedScene::as_given(const Scene& before, const MeshRange& part, SceneDe
     return *std::ranges::lower_bound(change.touched, ends, {}, &LocalChange::Touched::ends);
   };
   auto next_touched = change.touched.begin();
+  const auto edge_that_came = [&](std::size_t e) {
+    while (number_of(next_touched->now) != e) ++next_touched;
+    return next_touched->ends;
+  };
   append_runs(mesh.edges, std::span<const Edge>(old.edges).subspan(first_edge, part.edge_count()),
-              change.edge_runs, change.edge_before.size(), first_vertex, stop, [&](std::size_t e) {
-                while (number_of(next_touched->now) != e) ++next_touched;
-                return next_touched->ends;
-              });
+              change.edge_runs, change.edge_before.size(), stop, edge_that_came,
+              [=](std::uint32_t v) { return v - first_vertex; });
 
   const auto side = [&](const Face& face, std::size_t k) {
     const auto [lesser, greater] = std::minmax({face[k], face[(k + 1) % 3]});
     return number_of(touched({lesser, greater}).now);
   };
-  reserve(mesh.face_edges, faces, stop);
-  const auto sides_came = [&](std::size_t until) {
-    for (std::size_t f = mesh.face_edges.size(); f < until; ++f) {
-      paced.check();
-      const Face face = mesh.faces[f];
-      mesh.face_edges.push_back({side(face, 0), side(face, 1), side(face, 2)});
-    }
-  };
-  const bool edges_stay = in_place(change.edge_runs);
-  for (const Run& run : change.face_runs) {
-    sides_came(run.to);
-    in_pieces(run.from, run.from + run.count, stop, [&](std::size_t first, std::size_t end) {
-      const std::size_t at = mesh.face_edges.size();
-      mesh.face_edges.resize(at + end - first);
-      const Three* const read = old.face_edges.data() + part.first_face + first;
-      Three* const write = mesh.face_edges.data() + at;
-      for (std::size_t i = 0; i < end - first; ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          const std::uint32_t edge = read[i][k] - first_edge;
-          write[i][k] = edges_stay ? edge : number_of(change.edge_of[edge]);
-        }
-      }
-    });
-  }
-  sides_came(faces);
+  follow_edges(mesh.face_edges, old.face_edges, part, change, faces, stop, [&](std::size_t f) {
+    const Face face = mesh.faces[f];
+    return Three{side(face, 0), side(face, 1), side(face, 2)};
+  });
 
   const bool faces_stay = in_place(change.face_runs);
   ChangedRows around;
-  std::vector<Edge> came = by_what_they_have(change.came, [&](std::uint32_t f) { return mesh.faces[f]; });
+  std::vector<Edge> came =
+      by_what_they_have(change.came, stop, [&](std::uint32_t f) { return mesh.faces[f]; });
   std::size_t next = 0;
   for (const std::uint32_t v : change.at) {
     paced.check();
@@ -226,7 +232,7 @@ Scene ChangedScene::as_given(const Scene& before, const MeshRange& part, SceneDe
                                   change.face_of, part.first_face, faces_stay, mesh.vertex_count, stop);
 
   ChangedRows along;
-  came = by_what_they_have(change.came, [&](std::uint32_t f) { return mesh.face_edges[f]; });
+  came = by_what_they_have(change.came, stop, [&](std::uint32_t f) { return mesh.face_edges[f]; });
   next = 0;
   for (const LocalChange::Touched& edge : change.touched) {
     paced.check();
@@ -275,26 +281,26 @@ Scene ChangedScene::renumbered(const Scene& before, const MeshRange& part, const
   to.vertex_count = from.vertex_count;
   to.body_count = from.body_count;
   const auto renamed = [&](std::uint32_t v) { return number_of(numbering.renumbered(GivenVertex{v})); };
+  const auto in_body = [=](std::uint32_t vertex) { return vertex - first_vertex; };
   const auto given_face = [&](std::size_t f) {
     return number_of(numbering.given(NewFace{static_cast<std::uint32_t>(f)}));
   };
   const auto list_faces = [&] {
+    const auto came = [&](std::size_t f) {
+      const Face& face = from.faces[given_face(f)];
+      return Face{renamed(face[0]), renamed(face[1]), renamed(face[2])};
+    };
     append_runs(to.faces, std::span<const Face>(old.faces).subspan(part.first_face, part.face_count()),
-                change.face_runs, from.faces.size(), first_vertex, stop, [&](std::size_t f) {
-                  const Face& face = from.faces[given_face(f)];
-                  return Face{renamed(face[0]), renamed(face[1]), renamed(face[2])};
-                });
-    reserve(to.face_edges, from.faces.size(), stop);
-    in_pieces(0, from.faces.size(), stop, [&](std::size_t first, std::size_t end) {
-      to.face_edges.resize(end);
-      for (std::size_t f = first; f < end; ++f) to.face_edges[f] = from.face_edges[given_face(f)];
-    });
+                change.face_runs, from.faces.size(), stop, came, in_body);
+    follow_edges(to.face_edges, old.face_edges, part, change, from.faces.size(), stop,
+                 [&](std::size_t f) { return from.face_edges[given_face(f)]; });
   };
   const auto list_edges = [&] {
+    const auto came = [&](std::size_t e) {
+      return Edge{renamed(from.edges[e][0]), renamed(from.edges[e][1])};
+    };
     append_runs(to.edges, std::span<const Edge>(old.edges).subspan(first_edge, part.edge_count()),
-                change.edge_runs, from.edges.size(), first_vertex, stop, [&](std::size_t e) {
-                  return Edge{renamed(from.edges[e][0]), renamed(from.edges[e][1])};
-                });
+                change.edge_runs, from.edges.size(), stop, came, in_body);
     append(to.lone_edges, std::span<const std::uint32_t>(from.lone_edges), stop);
     to.vertex_lone_edges = lone_edges_of_vertices(to.edges, to.lone_edges, to.vertex_count, stop);
   };
@@ -311,13 +317,18 @@ Scene ChangedScene::renumbered(const Scene& before, const MeshRange& part, const
                     part.first_face, in_place(change.face_runs), to.vertex_count, stop);
   };
   const auto list_along = [&] {
-    append(to.edge_faces.begin, std::span<const std::uint32_t>(from.edge_faces.begin), stop);
-    reserve(to.edge_faces.items, from.edge_faces.items.size(), stop);
-    in_pieces(0, from.edge_faces.items.size(), stop, [&](std::size_t first, std::size_t end) {
-      to.edge_faces.items.resize(end);
-      for (std::size_t i = first; i < end; ++i)
-        to.edge_faces.items[i] = number_of(numbering.renumbered(GivenFace{from.edge_faces.items[i]}));
-    });
+    ChangedRows along;
+    PacedStop paced(stop, 256);
+    for (const LocalChange::Touched& edge : change.touched) {
+      paced.check();
+      if (edge.now == kNoEdge || !edge.changed()) continue;
+      for (const std::uint32_t f : from.edge_faces[number_of(edge.now)])
+        along.items.push_back(number_of(numbering.renumbered(GivenFace{f})));
+      along.end_row(number_of(edge.now));
+    }
+    to.edge_faces =
+        follow_rows(old.edge_faces, first_edge, without(change.edge_runs, along.rows), along, change.face_of,
+                    part.first_face, in_place(change.face_runs), from.edges.size(), stop);
   };
   const auto list_vertices = [&] {
     lengthen(to.body_of_vertex, to.vertex_count, 0U, stop);

@@ -205,18 +205,20 @@ class EdgesOf {
 };
 
 // What stays, as runs.
-void find_runs(std::span<const std::uint32_t> before, std::vector<Run>& runs, PacedStop& paced) {
+void find_runs(std::span<const std::uint32_t> before, std::vector<Run>& runs, StopSignal stop) {
   runs.clear();
-  for (std::size_t f = 0; f < before.size();) {
-    if (before[f] == kNone) {
-      paced.check();
-      ++f;
-      continue;
+  Run run;  // the one that is being found, if it has any
+  in_pieces(0, before.size(), stop, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      if (before[f] == run.from + run.count && run.count > 0) {
+        ++run.count;
+        continue;
+      }
+      if (run.count > 0) runs.push_back(run);
+      run = {before[f], before[f] == kNone ? 0U : 1U, f};
     }
-    const std::size_t first = f;
-    while (++f < before.size() && before[f] == before[f - 1] + 1) paced.check();
-    runs.push_back({before[first], f - first, first});
-  }
+  });
+  if (run.count > 0) runs.push_back(run);
 }
 
 template <class Number>
@@ -232,8 +234,12 @@ void list_both_ways(std::span<const Run> runs, std::vector<Number>& of, std::vec
   }
 }
 
-void sort_once_each(std::vector<std::uint32_t>& numbers) {
-  std::ranges::sort(numbers);
+void sort_once_each(std::vector<std::uint32_t>& numbers, StopSignal stop) {
+  PacedStop paced(stop, 256);
+  std::ranges::sort(numbers, [&](std::uint32_t x, std::uint32_t y) {
+    paced.check();
+    return x < y;
+  });
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
@@ -267,7 +273,7 @@ void LocalChange::renumber(const Renumbering& before, const MeshRange& part, con
   });
   face_before = std::move(faces);
   face_of = std::move(faces_of);
-  find_runs(face_before, face_runs, paced);
+  find_runs(face_before, face_runs, stop);
   for (std::uint32_t& f : came) f = number_of(now.renumbered(GivenFace{f}));
   std::ranges::sort(came);
   for (std::uint32_t& v : at) v = number_of(now.renumbered(GivenVertex{v}));
@@ -281,7 +287,7 @@ std::optional<LocalChange> find_local_change(const Scene& before, const MeshRang
   LocalChange change;
   change.face_before = same_faces(before, part, faces, stop);
   PacedStop paced(stop);
-  find_runs(change.face_before, change.face_runs, paced);
+  find_runs(change.face_before, change.face_runs, stop);
   std::size_t stay = 0;
   for (const Run& run : change.face_runs) stay += run.count;
   const std::size_t others = part.face_count() + faces.size() - 2 * stay;  // went or came
@@ -320,13 +326,21 @@ std::optional<LocalChange> find_local_change(const Scene& before, const MeshRang
   went_until(part.face_count());
   came_until(faces.size());
   edges_of.find(edges, change);
+  std::size_t lone = 0, lone_that_stay = 0;  // before and now
+  for (const LocalChange::Touched& edge : change.touched) {
+    paced.check();
+    lone += (edge.was_lone ? 1 : 0) + (edge.is_lone ? 1 : 0);
+    lone_that_stay += edge.was_lone && edge.is_lone ? 2 : 0;
+  }
+  if ((others + lone - lone_that_stay) * LocalChange::kLeastShare > faces.size() + part.face_count() + lone)
+    return std::nullopt;
   std::size_t edge_count = 0;
   for (const Run& run : change.edge_runs) edge_count += run.count;
   for (const LocalChange::Touched& edge : change.touched) {
     edge_count += edge.before == kNoEdge ? 1 : 0;
     if (edge.was_lone != edge.is_lone) change.at.insert(change.at.end(), edge.ends.begin(), edge.ends.end());
   }
-  sort_once_each(change.at);
+  sort_once_each(change.at, stop);
   lengthen(change.edge_before, edge_count, kNoEdge, stop);
   lengthen(change.edge_of, part.edge_count(), kNoEdge, stop);
   list_both_ways(change.edge_runs, change.edge_of, change.edge_before, stop);

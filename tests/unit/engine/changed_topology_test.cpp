@@ -183,6 +183,65 @@ void expect_follows(Bvh<KDop18>& tree, const Scene& scene, const PartTopology& p
   }
 }
 
+// The sheet, which keeps its vertices and its hierarchy.
+TopologyReplacement::NewPart sheet_changed(const Topology& topology, Edit& edit) {
+  const PartTopology& part = topology.parts[kBody];
+  TopologyReplacement::NewPart from;
+  from.piece = &edit.piece();
+  from.change = &*edit.piece().change;
+  from.tests_itself = true;
+  for (std::uint32_t v = part.features.first_vertex; v < part.features.end_vertex; ++v)
+    from.given_vertices.push_back(
+        GivenVertex{number_of(topology.numbering.given(NewVertex{v})) - part.features.first_vertex});
+  from.positions = sheet;
+  from.held = {part.shape, part.order, part.shared};
+  return from;
+}
+
+// As many faces came as went, each where one went: no other face gets another number.
+TEST(ChangedTopology, APatchWithOtherDiagonalsLeavesAllElseWhereItIs) {
+  std::mt19937 random(23);
+  for (int trial = 0; trial < 20; ++trial) {
+    Faces faces = grid(kSide);
+    const Scene before = made(three_bodies(faces, {}));
+    const Motion motion(three_sheets());
+    Topology topology(before, motion, 64, false);
+    topology.need_adjacent(PartId{kBody});
+    const Renumbering numbering = topology.numbering;
+    const std::size_t width = 2 + random() % 8;
+    const std::size_t row = random() % (kSide - width), column = random() % (kSide - width);
+    for (std::size_t i = row; i < row + width; ++i) {
+      for (std::size_t j = column; j < column + width; ++j) {
+        auto* const two = faces.data() + 2 * (i * kSide + j);
+        const auto corner = [&](std::size_t a, std::size_t b) {
+          return static_cast<std::int32_t>((i + a) * (kSide + 1) + j + b);
+        };
+        const auto has = [&](std::int32_t v) { return std::ranges::find(two[0], v) != two[0].end(); };
+        if (has(corner(0, 0)) && has(corner(1, 1))) {
+          two[0] = {corner(0, 0), corner(1, 0), corner(0, 1)};
+          two[1] = {corner(1, 0), corner(1, 1), corner(0, 1)};
+        } else {
+          two[0] = {corner(0, 0), corner(1, 0), corner(1, 1)};
+          two[1] = {corner(0, 0), corner(1, 1), corner(0, 1)};
+        }
+      }
+    }
+    Edit edit(before, faces, {});
+    ASSERT_TRUE(edit.piece().change.has_value());
+    const TopologyReplacement::NewPart from = sheet_changed(topology, edit);
+    TopologyReplacement replacement(topology, std::span(&from, 1), {}, {});
+    ASSERT_TRUE(replacement.keeps_hierarchy(PartId{kBody}));
+    replacement.take();
+    std::uint32_t same = 0;
+    for (std::uint32_t f = 0; f < before.face_count(); ++f) {
+      if (before.faces()[f] != edit.after.faces()[f]) continue;
+      ASSERT_EQ(topology.numbering.renumbered(GivenFace{f}), numbering.renumbered(GivenFace{f}));
+      ++same;
+    }
+    EXPECT_EQ(same, before.face_count() - 2 * width * width);
+  }
+}
+
 // Changes one upon another, with the hierarchy that the topology has, or, every third, another one, as parts
 // that have become loose get: then faces change their order.
 TEST(ChangedTopology, WhatIsTakenOverEqualsWhatWouldBeMadeAnew) {
@@ -202,22 +261,11 @@ TEST(ChangedTopology, WhatIsTakenOverEqualsWhatWouldBeMadeAnew) {
       Edit edit(given, faces, edges);
       ASSERT_TRUE(edit.piece().change.has_value());
       const PartTopology& part = topology.parts[kBody];
-      TopologyReplacement::NewPart from;
-      from.piece = &edit.piece();
-      from.change = &*edit.piece().change;
-      from.tests_itself = true;
-      for (std::uint32_t v = part.features.first_vertex; v < part.features.end_vertex; ++v)
-        from.given_vertices.push_back(
-            GivenVertex{number_of(topology.numbering.given(NewVertex{v})) - part.features.first_vertex});
-      const std::vector<double> own(positions.begin() + 3 * kFirst,
-                                    positions.begin() + 3 * (kFirst + kVertices));
-      from.positions = [&] { return own; };
+      TopologyReplacement::NewPart from = sheet_changed(topology, edit);
       std::vector<Primitive> rearranged = part.order;
       if (change % 3 == 2) {
         std::ranges::shuffle(rearranged, random);
         from.held = {part.shape, rearranged, shared_vertices(topology.scene, part.shape, rearranged)};
-      } else {
-        from.held = {part.shape, part.order, part.shared};
       }
       Bvh<KDop18> tree;
       tree.arrange(topology.scene, part.shape, {from.held.order.begin(), from.held.order.end()},

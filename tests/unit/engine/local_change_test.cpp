@@ -23,6 +23,22 @@ TEST(LocalChange, ManyChangedFacesAreNoLocalChange) {
   EXPECT_FALSE(find_local_change(before, all_of(before), faces, {}, {}));
 }
 
+TEST(LocalChange, ManyChangedEdgesOfNoFaceAreNone) {
+  Edges edges;
+  for (std::int32_t v = 1; v < 800; ++v) edges.push_back({v - 1, v});
+  const Scene before = scene_of({}, edges);
+  const auto is_local = [&](const Edges& now) {
+    return find_local_change(before, all_of(before), {}, now, {}).has_value();
+  };
+  EXPECT_TRUE(is_local(edges));
+  Edges others = edges;
+  for (auto& edge : others) edge[1] += 1;
+  EXPECT_FALSE(is_local(others));
+  EXPECT_FALSE(is_local({}));
+  Edges fewer(edges.begin() + 50, edges.end());
+  EXPECT_TRUE(is_local(fewer));
+}
+
 TEST(LocalChange, FacesThatChangedPlacesKeepTheOrderOfMost) {
   const Scene before = scene_of(grid(kSide), {});
   Faces faces = grid(kSide);
