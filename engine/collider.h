@@ -96,9 +96,10 @@ class Collider {
                          const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
   /// Takes the last trial, or max_step(), up to `fraction` in [0, 1]: each vertex that it moves is then at
   /// part_way(X, Y, fraction) of where it was, X, and would have gone, Y; a pose likewise, or by screw_way().
-  /// Nothing is sent or tested again. kFailedPrecondition unless a trial was answered since the last step,
-  /// commit or change of the scene; kInvalidArgument for a fraction outside [0, 1] (or NaN). Nothing has
-  /// changed after an error.
+  /// Nothing is sent or tested again: what is nearer to each other then than part_way() rounds may have been
+  /// taken through, which a min_separation of max_step() above that rules out. kFailedPrecondition unless a
+  /// trial was answered since the last step, commit or change of the scene; kInvalidArgument for a fraction
+  /// outside [0, 1] (or NaN). Nothing has changed after an error.
   Result<CommitResult> commit(double fraction = 1, Rounding rounding = Rounding::kFloat64);
 
   /// Puts everything where the frame says, or what it gives where it says, without a motion: nothing is

@@ -217,7 +217,9 @@ class Questions(Asking):
         """Moves the session along the last trial (or max_step), up to a fraction of its way in [0, 1]: to X + fraction * (Y -
         X) in float64, each operation rounded once, then rounded to the session's dtype, where X is where each vertex was, or
         number of a pose, and Y where the trial had it go; to Y itself for 1. A body of which the description says screw goes
-        along that, and stays rigid. Nothing is tested again, and no positions travel.
+        along that, and stays rigid. Nothing is tested again, and no positions travel: where things come nearer to each other
+        than this rounds, it may take them through, and no later question tells. A min_separation of `max_step()` of at least
+        2**-22 of the largest coordinate of what moves in a session of float32, or 2**-48 in one of float64, rules that out.
 
         InvalidArgumentError for another fraction. FailedPreconditionError without a trial since the last step, place, commit
         or change of the scene, where a later trial failed, and while answers are outstanding. timeout: as in `step()`.

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ._statistics import AllDeformable, Statistics, statistics_of
 from ._stencils import RowsByVertex, Stencils, rows_by_vertex, stencils_of
 from ._topology import Topology
+from .errors import InvalidArgumentError
 
 
 class Kind(enum.IntEnum):
@@ -102,7 +103,8 @@ class MaxStep:
     """How far a motion may go; `float()` of it is the fraction.
 
     fraction: in [0, 1]. Nothing touches, or comes within the separation, before it (tiers "certified" and "exact": a lower
-    bound, so that it may be committed as it is, and touches). 1 where nothing does in the whole motion.
+    bound, so that it may be committed as it is, with a separation of more than `Session.commit()` rounds). 1 where nothing
+    does in the whole motion.
     first: of what comes first, the first in the order of contacts; None where nothing comes.
     overlaps_at_start: pairs that are within the separation, or not provably apart, at the start: counted whether they are left
     out or not. Where they are not, any of them makes the fraction 0.
@@ -290,14 +292,14 @@ class Contacts:
 
     def stencils(self) -> Stencils:
         """Of `proximity(reduced=True)`: the vertices of the closest features by kind, with multiplicities, as a barrier is
-        assembled. ValueError of an answer that is not reduced."""
+        assembled. InvalidArgumentError of an answer that is not reduced."""
         if self.multiplicity is None or self.stencil is None:
-            raise ValueError("stencils: the rows are not reduced; ask proximity(..., reduced=True)")
+            raise InvalidArgumentError("stencils: the rows are not reduced; ask proximity(..., reduced=True)")
         return stencils_of(self.kind, self.v, self.multiplicity, self.stencil, self.weights)
 
     def by_vertex(self, vertex_count: int) -> RowsByVertex:
         """The rows that each of `vertex_count` vertices is in, ascending: what an assembler that goes by vertices loops over.
-        ValueError where a row has a vertex beyond."""
+        InvalidArgumentError where a row has a vertex beyond."""
         return rows_by_vertex(self.v, vertex_count)
 
     def table(self) -> npt.NDArray[np.void]:
