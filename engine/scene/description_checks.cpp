@@ -154,7 +154,8 @@ Status check_body(const Body& body, const std::string& where) {
   if (body.half_space) {
     if (Status status = check_half_space(body, where); !status) return status;
   } else if (body.vertex_count == 0 && body.kind != BodyKind::kRemoved) {
-    return invalid_argument(where + ".vertex_count: is 0; remove the body, or give its half_space");
+    return invalid_argument(
+        where + ".vertex_count: is 0; give it vertices, or the half_space or kind of a body without");
   }
   if (body.group == 0)
     return invalid_argument(where + ".group: is 0, so that no mask can hold it; set a bit (1 by default)");
@@ -220,16 +221,17 @@ Status check_bodies(const SceneDescription& description, StopSignal stop) {
 
 Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, StopSignal stop) {
   const std::string where = "filters.";
-  const auto of_vertices = [&](const std::string& field, std::size_t values, std::size_t each) {
+  const auto of_vertices = [&](const std::string& field, std::size_t values, std::size_t each,
+                               const std::string& needed_by = {}) {
     return invalid_argument(where + field + ": " + std::to_string(values) + " values where " +
                             std::to_string(each * vertex_count) + " are expected (" + std::to_string(each) +
-                            " for each of " + std::to_string(vertex_count) + " vertices)");
+                            " for each of " + std::to_string(vertex_count) + " vertices)" + needed_by);
   };
   if (Status numbers = filters.check_numbers(); !numbers) return numbers;
   if (filters.near_at_rest == 0 && !filters.rest_positions.empty())
     return invalid_argument(where + "rest_positions: has no effect while near_at_rest is 0; leave it out");
   if (filters.near_at_rest > 0 && filters.rest_positions.size() != std::size_t{3} * vertex_count)
-    return of_vertices("rest_positions", filters.rest_positions.size(), 3);
+    return of_vertices("rest_positions", filters.rest_positions.size(), 3, "; near_at_rest needs them");
   PacedStop paced(stop);
   for (std::size_t i = 0; i < filters.rest_positions.size(); ++i) {
     paced.check();

@@ -29,8 +29,12 @@ Status check_rest_shape(const Body& body, std::span<const double> positions, con
 
 Status check_has_mesh(const Body& body, const std::string& where) {
   if (!body.half_space) return {};
-  return invalid_argument(where + ": a half-space is not replaced, and replaces nothing; change it, or remove it "
-                                  "and add another body");
+  if (body.kind == BodyKind::kRemoved)
+    return invalid_argument(where +
+                            ": is a half-space that was removed, and is not replaced; add another body");
+  return invalid_argument(where +
+                          ": a half-space is not replaced, and replaces nothing; change it, or remove it "
+                          "and add another body");
 }
 
 }  // namespace
@@ -224,7 +228,9 @@ Status SceneEdit::carry_out(ReplaceBody& change, std::size_t at) {
     if (Status status = check_has_mesh(*one, where); !status) return status;
   }
   if (body.kind == BodyKind::kRemoved && body.vertex_count + change.positions.size() > 0)
-    return invalid_argument(where + ": is replaced by a removed one; give it no vertices and no positions");
+    return invalid_argument(
+        where +
+        ": its description is of a removed body; give another kind with it, or no vertices and no positions");
   order_faces();
   const bool was_thick = std::ranges::any_of(thickness_of(index), [](double t) { return t > 0; });
   if (was_thick && addition.thickness.empty() && body.vertex_count > 0)

@@ -11,10 +11,10 @@ from typing import Any, Optional, Union
 from ._asking import Asking
 from ._scene_changes import (ChangeBody, ChangeExcludedPairs, ChangeFilters, ChangesInOne, PutBody, ReplaceElements,
                              SceneChange)
-from ._state import SceneState
+from ._state import SceneState, pairs_of
 from .errors import FailedPreconditionError
 from .options import Options, check_options
-from .scene import Body, PairFilters, filters_of
+from .scene import Body, PairFilters, body_of, filters_of
 
 
 class _Changing(abc.ABC):
@@ -44,18 +44,19 @@ class _Changing(abc.ABC):
         """
         with self._turn:
             index = len(self._scene().bodies)
-            self._change(lambda state: PutBody.added(state, body, faces, positions, edges, thickness))
+            self._change(lambda state: PutBody.added(state, body_of(body), faces, positions, edges, thickness))
             return index
 
     def change_body(self, index: int, body: Body) -> None:
-        """Describes a body differently, from the next step on; its range stays, whatever `body` says. "removed" takes it out
-        for good. One that becomes rigid takes where it is for its rest shape. A half-space stays one; if its point, normal or
-        kind changes, it is where its description says from then on, without a motion.
+        """Describes a body differently, from the next step on; its range stays, whatever `body` says. "removed" takes it out,
+        and only `replace_body()` puts one in its place (none in a half-space's). One that becomes rigid takes where it is for
+        its rest shape. A half-space stays one; if its point, normal or kind changes, it is where its description says from then
+        on, without a motion.
 
         FailedPreconditionError while frames are unanswered; InvalidArgumentError for an unknown or removed body.
         """
         with self._turn:
-            self._change(lambda state: ChangeBody(index, body))
+            self._change(lambda state: ChangeBody(index, body_of(body)))
 
     def replace_elements(self, index: int, faces: Any, edges: Any = None) -> None:
         """Other faces (m, 3) and edges (k, 2), which number its own vertices from 0, for the same vertices of a body, which stay
@@ -80,7 +81,8 @@ class _Changing(abc.ABC):
         none), and in a session that declared no bodies.
         """
         with self._turn:
-            self._change(lambda state: PutBody.in_place_of(state, index, body, faces, positions, edges, thickness))
+            given = None if body is None else body_of(body)
+            self._change(lambda state: PutBody.in_place_of(state, index, given, faces, positions, edges, thickness))
 
     def change_filters(self, filters: Union[PairFilters, Mapping[str, Any], None]) -> None:
         """Leaves out other pairs of features, from the next question on, in place of all that were left out: `PairFilters`,
@@ -99,7 +101,7 @@ class _Changing(abc.ABC):
         UnimplementedError where the daemon is older than this.
         """
         with self._turn:
-            self._change(lambda state: ChangeExcludedPairs(list(pairs)))
+            self._change(lambda state: ChangeExcludedPairs(pairs_of(pairs)))
 
 
 class ChangeList(_Changing):

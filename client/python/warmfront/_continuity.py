@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .answer import Contacts, Kind
+from .errors import InvalidArgumentError
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,11 +27,11 @@ class Continuity:
 
     def carry(self, values: Any, new: Any = 0.0) -> npt.NDArray[Any]:
         """(k) or (k, ...): what `values` has for each row, or `new` where the row is new. values: a number, or an array of one
-        shape, for each row of the earlier answer, which may have had none. ValueError for another number of them."""
+        shape, for each row of the earlier answer, which may have had none. InvalidArgumentError for another number of them."""
         earlier = np.asarray(values)
         before = int((self.kept >= 0).sum()) + len(self.ended)
         if earlier.ndim == 0 or len(earlier) != before:
-            raise ValueError(f"carry: values of shape {earlier.shape}; give ({before}, ...), one for each earlier row")
+            raise InvalidArgumentError(f"carry: values of shape {earlier.shape}; give ({before}, ...), one for each earlier row")
         fill = new if np.isscalar(new) else np.asarray(new)  # a plain number does not widen float32
         made: npt.NDArray[Any] = np.full((len(self.kept), *earlier.shape[1:]), fill, np.result_type(earlier, fill))
         rows = np.flatnonzero(self.kept >= 0)
@@ -46,12 +47,15 @@ def continuity(earlier: Optional[Contacts], now: Contacts) -> Continuity:
     vertices of their closest pairs are, whichever row stands for these. None for the earlier one: all are new. It is a function
     of the two answers alone, so that no resume changes it. Bodies that are added or described otherwise leave the numbers of what
     was there; where elements or bodies are replaced, numbers are others, and an answer from before says nothing of one after:
-    give None for it then. ValueError where one is reduced and the other is not.
+    give None for it then. InvalidArgumentError where one is reduced and the other is not.
     """
+    for given, name in ((earlier, "earlier"), (now, "now")):
+        if not isinstance(given, Contacts) and (given, name) != (None, "earlier"):
+            raise InvalidArgumentError(f"continuity: {name}: {type(given).__name__}; give Contacts, an answer's")
     if earlier is None:
         return Continuity(np.full(len(now), -1, np.int64), np.empty(0, np.int64))
     if (earlier.multiplicity is None) != (now.multiplicity is None):
-        raise ValueError("continuity: one of the answers is reduced, and the other is not; ask for both alike")
+        raise InvalidArgumentError("continuity: one of the answers is reduced, and the other is not; ask for both alike")
     before = len(earlier)
     keys = np.concatenate([_keys(earlier), _keys(now)])
     kept, there = np.full(len(now), -1, np.int64), np.zeros(before, bool)

@@ -76,7 +76,10 @@ def question_of(
     # A solver asks the same few questions, and a step of a small scene takes no longer than reading all options. With the types
     # of numbers: 5.0 is refused where 5 is not.
     if fields is not None and not isinstance(fields, str):
-        fields = tuple(fields)
+        try:
+            fields = tuple(fields)
+        except TypeError:
+            raise InvalidArgumentError(f"fields: {fields!r}; give names of fields") from None
     key = (kind, tier, tolerance, min_separation, report, fields, max_contacts, leave_out_overlaps, where, keep_distance, reduced,
            type(tolerance), type(min_separation), type(max_contacts), type(keep_distance))
     try:

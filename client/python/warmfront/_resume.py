@@ -182,7 +182,7 @@ class Link:
                 self.time_left(wait)
                 if time.monotonic() + wait >= deadline:
                     done = "resumed" if waits else "made"
-                    ended = "; it has ended: make another one, of its `positions`, `poses` and `bodies`, say" if waits else ""
+                    ended = "; it has ended: make another one, of its `positions`" if waits else ""
                     self.fail(UnavailableError(f"session {self.session_id} could not be {done} within the resume timeout of "
                                                f"{self.connection.timeouts.resume:g} s: {error.message}{ended}"))
             time.sleep(self.time_left(wait))

@@ -27,6 +27,14 @@ def raw(array: npt.NDArray[Any]) -> memoryview:
     return array.reshape(-1).view(np.uint8).data
 
 
+def pairs_of(given: Any) -> list[Any]:
+    """InvalidArgumentError for what is no list; what is in it is looked at when it is sent."""
+    try:
+        return list(given)
+    except TypeError:
+        raise InvalidArgumentError(f"excluded_pairs: {given!r}; give pairs of bodies by index") from None
+
+
 def set_pairs(message: Any, pairs: Sequence[tuple[int, int]]) -> None:
     """Into repeated v1.BodyPair."""
     del message[:]
@@ -58,7 +66,7 @@ class SceneState:
             if not isinstance(body, Body):
                 raise InvalidArgumentError(f"bodies[{index}]: a {type(body).__name__}; give a warmfront.Body(...)")
         self.bodies = placed(bodies)
-        self.excluded_pairs = list(excluded_pairs)
+        self.excluded_pairs = pairs_of(excluded_pairs)
         self.filters = filters.copied(len(self._rows), lambda: self._rows)
         self.thickness = thickness_of(thickness, len(self._rows))
         self._topology: Optional[Topology] = None

@@ -9,6 +9,8 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
+from .errors import InvalidArgumentError
+
 # Of Contacts.kind: a vertex and a face, and a vertex and a half-space; all others are two edges, of which some are points.
 _VERTEX_FACE, _EDGES, _HALF_SPACE = 0, 1, 5
 
@@ -110,7 +112,10 @@ def stencils_of(kind: npt.NDArray[np.uint8], v: npt.NDArray[np.uint32], multipli
 
 
 def rows_by_vertex(v: Any, vertex_count: int) -> RowsByVertex:
-    """The rows that each vertex is in, of (k, m) vertices of k rows."""
+    """The rows that each vertex is in, of (k, m) vertices of k rows. InvalidArgumentError for a count that is none, and where
+    a row names a vertex beyond it."""
+    if not isinstance(vertex_count, (int, np.integer)) or vertex_count < 0:
+        raise InvalidArgumentError(f"vertex_count: {vertex_count!r}; give how many vertices there are")
     columns = np.array(v)
     if columns.ndim == 2 and columns.shape[1] == 4:
         # A half-space's row has the vertex three times, as no other, and then no vertex.
@@ -118,7 +123,7 @@ def rows_by_vertex(v: Any, vertex_count: int) -> RowsByVertex:
         columns[half_space, 3] = columns[half_space, 0]
     if len(columns) > 0 and columns.size > 0 and int(columns.max()) >= vertex_count:
         row = int(np.flatnonzero((columns >= vertex_count).any(1))[0])
-        raise ValueError(f"row {row}: vertex {int(columns[row].max())} is none of {vertex_count}")
+        raise InvalidArgumentError(f"row {row}: vertex {int(columns[row].max())} is none of {vertex_count}")
     # A degenerate face has a vertex twice.
     again = np.zeros(columns.shape, bool)
     for later in range(1, columns.shape[1]):

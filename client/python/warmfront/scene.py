@@ -15,6 +15,8 @@ from .v1 import session_pb2
 BodyKind = Literal["deformable", "rigid", "static", "removed"]
 # The wire's enum lists these names in this order, after UNSPECIFIED.
 _KINDS = ("deformable", "rigid", "static", "removed")
+# What numbers of a body are not: integers of 32 bits.
+_VALUES = {"name": "a string", "self_collision": "True or False", "screw": "True or False", "thickness": "a number"}
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,12 @@ class Body:
     half_space: Any = None
     screw: bool = False
 
+    def __post_init__(self) -> None:
+        for name in ("vertex_count", "first_vertex"):
+            given = getattr(self, name)
+            if not isinstance(given, (int, float, np.number)) and (name, given) != ("first_vertex", None):
+                raise InvalidArgumentError(f"Body: {name} {given!r} is not a number")
+
     def put_into(self, message: Any, index: int) -> None:
         """Into a v1.Body. Raises InvalidArgumentError for a kind or number that the contract does not have, of the body by its
         name or, without one, its index."""
@@ -64,12 +72,19 @@ class Body:
                 setattr(message, name, getattr(self, name) if name != "first_vertex" else self.first_vertex or 0)
             except (TypeError, ValueError):
                 raise InvalidArgumentError(
-                    f"{body}: {name} {getattr(self, name)!r} is not of the contract's type and range") from None
+                    f"{body}: {name} {getattr(self, name)!r} is not {_VALUES.get(name, 'an integer from 0 to 4294967295')}") from None
         message.kind = _KINDS.index(self.kind) + 1
         if self.half_space is not None:
             point, normal = half_space_of(self.half_space, body)
             message.half_space.point.extend(point)
             message.half_space.normal.extend(normal)
+
+
+def body_of(given: Any) -> Body:
+    """InvalidArgumentError for what is not one."""
+    if not isinstance(given, Body):
+        raise InvalidArgumentError(f"body: {given!r}; give a Body")
+    return given
 
 
 def half_space_of(given: Any, where: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -112,8 +127,8 @@ class PairFilters:
             try:
                 setattr(session_pb2.PairFilters(), name, getattr(self, name))
             except (TypeError, ValueError):
-                raise InvalidArgumentError(
-                    f"filters.{name}: {getattr(self, name)!r} is not of the contract's type and range") from None
+                kind = "an integer from 0 to 3" if name == "within_edges" else "a number"
+                raise InvalidArgumentError(f"filters.{name}: {getattr(self, name)!r} is not {kind}") from None
         shape = self.rest_positions
         if shape is None and rest is not None and self.near_at_rest > 0:
             shape = rest()

@@ -82,7 +82,8 @@ class AnySession(Uncopied, BackgroundQuestions, Changes):
     def poses(self) -> dict[int, npt.NDArray[np.float64]]:
         """{body: (3, 4) float64 [R t]}: where the rigid bodies and half-spaces that moved by poses are after the last step, place or
         commit, to the bit, of the rest shapes that their poses are of. Copies. Bodies that are not in it are at the identity: where
-        the positions last given of them say. FailedPreconditionError once the session is closed."""
+        the positions last given of them say. After a commit of part of the way a body that turned without a screw is no rotation of
+        its shape, and no frame takes its pose. FailedPreconditionError once the session is closed."""
         with self._turn:
             return {b: pose.copy() for b, pose in enumerate(self._open().state.poses) if pose is not None}
 
@@ -149,7 +150,9 @@ class Session(AnySession):
     its state, which the daemon reports, is this session's; another one, and that of a daemon too old to report it, is
     deleted and created again. Where the daemon is full of other sessions meanwhile, the client waits for room, at most
     `Timeouts.resume`. An `UnavailableError`, `AbortedError` or `InternalError` ends the session: every further call raises it
-    again, but for `positions`, `bodies`, `poses`, `edges` and `options`, of which another one is made.
+    again, but for `positions`, `bodies`, `edges` and `options`, of which, with the caller's own faces, filters and thickness,
+    another one is made. Everything is where it was in that one, at identity poses: `positions` have what `poses`, which can
+    still be asked for, moved, and are the new shapes at rest.
     """
 
     _backend: Remote

@@ -36,7 +36,7 @@ def nan_at(vertex):
     (r"faces\[0\]", dict(faces=np.array([[0, 1, -1]]))),
     (r"bodies: cover 5 of 6 vertices", dict(bodies=[Body(3), Body(2)])),
     (r"body 'b': kind 'soft' is none of", dict(bodies=[Body(6, "soft", "b")])),
-    (r"body 1: group -1 is not", dict(bodies=[Body(3), Body(3, group=-1)])),
+    (r"body 1: group -1 is not an integer from 0 to 4294967295", dict(bodies=[Body(3), Body(3, group=-1)])),
     (r"excluded_pairs\[0\]", dict(bodies=[Body(3), Body(3)], excluded_pairs=[(0, 2)])),
     (r"excluded_pairs\[0\]: \(0, -1\) are no two indices of bodies", dict(bodies=[Body(3), Body(3)], excluded_pairs=[(0, -1)])),
     (r"options.tier: 'sure' is none of fast, certified, exact", dict(options=Options(tier="sure"))),
@@ -250,3 +250,25 @@ def test_a_body_is_named_by_its_name_too(anywhere):
         session.change_body(1, Body(3, "removed", name="was\na cup"))
         with pytest.raises(InvalidArgumentError, match=re.escape('body 1 ("was?a cup") was removed; add a new one, or replace it')):
             session.change_body(1, Body(3))
+
+
+@pytest.mark.parametrize("message, ask", [
+    (r"Body: vertex_count 'cloth' is not a number", lambda s: Body("cloth", 8)),
+    (r"Body: vertex_count None", lambda s: Body(None)),
+    (r"Body: first_vertex '3'", lambda s: Body(3, first_vertex="3")),
+    (r"body: None; give a Body", lambda s: s.change_body(0, None)),
+    (r"body: None; give a Body", lambda s: s.add_body(None, FACES, BEFORE)),
+    (r"body: {}; give a Body", lambda s: s.replace_body(0, BEFORE, FACES, body={})),
+    (r"excluded_pairs: None; give pairs", lambda s: s.change_excluded_pairs(None)),
+    (r"excluded_pairs\[0\]: 1 are no two", lambda s: s.change_excluded_pairs([1, 2])),
+    (r"fields: 3; give names", lambda s: s.trial(AFTER, fields=3)),
+    (r"vertex_count: -1; give how many", lambda s: s.trial(AFTER).by_vertex(-1)),
+    (r"continuity: earlier: int; give Contacts", lambda s: warmfront.continuity(1, 2)),
+    (r"continuity: now: int; give Contacts", lambda s: warmfront.continuity(None, 2)),
+    (r"stencils: the rows are not reduced", lambda s: s.trial(AFTER).stencils()),
+])
+def test_what_is_of_no_such_type(client, message, ask):
+    with client.session(BEFORE, FACES, bodies=[Body(6)]) as session:
+        with pytest.raises(InvalidArgumentError, match=message):
+            ask(session)
+        assert len(session.step(AFTER)) > 0

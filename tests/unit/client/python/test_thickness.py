@@ -72,7 +72,7 @@ def test_where_nothing_is_thick_or_not_any_more_the_session_is_made_again(daemon
 @pytest.mark.parametrize("message, scene", [
     (r"bodies\[1\].thickness: is -1", {"bodies": [Body(3), Body(3, thickness=-1)]}),
     (r"bodies\[0\].thickness: is nan", {"bodies": [Body(3, thickness=np.nan), Body(3)]}),
-    (r"thickness 'thick' is not of the contract's type", {"bodies": [Body(3, thickness="thick"), Body(3)]}),
+    (r"thickness 'thick' is not a number", {"bodies": [Body(3, thickness="thick"), Body(3)]}),
     (r"thickness\[2\]: is inf", {"thickness": [0, 0, np.inf, 0, 0, 0]}),
     (r"thickness: shape \(2,\); give \(6,\)", {"thickness": [0, 1]}),
     (r"thickness: ", {"thickness": ["thin"] * 6}),
