@@ -202,7 +202,8 @@ class Batch(Uncopied):
         if positions is not None:
             moving = copies.is_deformable if poses is not None else ~copies.is_static
             vertices = int(moving.sum()) if poses is not None else copies.vertices
-            rows = self._rows(positions, len(chosen), vertices, dtype)
+            why = ", beside poses the vertices of deformable bodies alone" if poses is not None else ""
+            rows = self._rows(positions, len(chosen), vertices, dtype, why)
             if poses is None and copies.is_static.any():
                 rows = self._without_static(rows, chosen)
             kinds = ("deformable",) if poses is not None else ("deformable", "rigid")
@@ -230,16 +231,18 @@ class Batch(Uncopied):
         return chosen
 
     @staticmethod
-    def _rows(positions: Any, count: int, vertices: int, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-        """(count * vertices, 3), of the caller's memory where that can be."""
+    def _rows(positions: Any, count: int, vertices: int, dtype: np.dtype[Any], why: str = "") -> npt.NDArray[Any]:
+        """(count * vertices, 3), of the caller's memory where that can be. why: so many."""
         array = numbers_of(positions, dtype)
         if array.shape != (count, vertices, 3):
-            raise InvalidArgumentError(f"positions: shape {array.shape}; give ({count}, {vertices}, 3)")
+            raise InvalidArgumentError(f"positions: shape {array.shape}; give ({count}, {vertices}, 3){why}")
         return positions_of(array.reshape(-1, 3), None, dtype)
 
     def _without_static(self, rows: npt.NDArray[Any], chosen: npt.NDArray[np.int64]) -> npt.NDArray[Any]:
         static = self._copies.is_static
         given = rows.reshape(len(chosen), -1, 3)
-        if not np.array_equal(given[:, static], self.positions[chosen][:, static]):
-            raise InvalidArgumentError("positions: rows of static bodies are not where these are; they do not move")
+        differ = (given != self.positions[chosen]).any(2) & static
+        if differ.any():
+            copy, vertex = np.argwhere(differ)[0]
+            raise InvalidArgumentError(f"positions[{copy}, {vertex}]: a vertex of a static body, which does not move, is elsewhere than it was")
         return np.ascontiguousarray(given[:, ~static]).reshape(-1, 3)

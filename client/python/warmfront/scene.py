@@ -25,8 +25,9 @@ class Body:
 
     vertex_count: at least 1; 0 of a half-space, and of a body that is removed for good. first_vertex: None: the end of the
         previous body.
-    kind: "deformable"; "rigid": moves as a whole, not tested against itself; "static": does not move, nor is it tested
-        against itself or another static body; "removed": tested against nothing.
+    kind: "deformable"; "rigid": moves as a whole, by poses of its shape, which is where positions put it last, and is not
+        tested against itself; "static": does not move, nor is it tested against itself or another static body; "removed":
+        tested against nothing.
     self_collision: of a deformable body.
     group, mask: 32 bits each; two bodies are tested when the group of either has a bit in the mask of the other.
     thickness: scene length unit, 0 to 2^1020: that much is added to the separation of every pair that one of the body's

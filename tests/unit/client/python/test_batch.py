@@ -263,7 +263,9 @@ def test_what_does_not_fit_a_batch_is_refused(anywhere):
                 (r"worlds: copy 2 is not in \[0, 2\)", {"positions": BEFORE[None], "worlds": [2]}),
                 (r"worlds: names a copy twice", {"positions": np.stack([BEFORE] * 2), "worlds": [1, 1]}),
                 (r"positions: give where the copies go", {}),
-                (r"rows of static bodies are not where", {"positions": BEFORE[None] + 1, "worlds": [1]}),
+                (r"positions\[0, 0\]: a vertex of a static body, which does not move", {"positions": BEFORE[None] + 1, "worlds": [1]}),
+                (r"positions: shape \(2, 6, 3\); give \(2, 3, 3\), beside poses the vertices of deformable bodies alone",
+                 {"positions": np.stack([AFTER] * 2), "poses": np.zeros((2, 0, 3, 4))}),
                 (r"poses: shape", {"poses": np.eye(3, 4)})):
             with pytest.raises(InvalidArgumentError, match=message):
                 batch.step(**arguments)
