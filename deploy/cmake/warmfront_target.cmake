@@ -5,8 +5,8 @@ if(WARMFRONT_SANITIZE)
   # No recovery: the first report fails the run. It names lines; more than these takes a fifth of the time to compile.
   add_compile_options(-fsanitize=${WARMFRONT_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
   add_link_options(-fsanitize=${WARMFRONT_SANITIZE})
-  # An index beyond a list's end, too, where memory that the list holds spare lies.
-  add_compile_definitions(_GLIBCXX_ASSERTIONS)
+  # An index beyond a list's end is reported, too, where memory lies that the list holds spare.
+  add_compile_definitions($<$<CXX_COMPILER_ID:GNU>:_GLIBCXX_ASSERTIONS>)
 endif()
 
 option(WARMFRONT_NO_TARGET_CLONES "Hot loops for the baseline instruction set only, in registers of 16 bytes: for x86-64 machines without AVX2, and to measure what the others gain" OFF)

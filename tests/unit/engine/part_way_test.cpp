@@ -85,7 +85,7 @@ TEST(PartWay, WhatStaysApartByMoreThanItsRoundingsIsNeverTakenThrough) {
       for (const double away : {0.0, 100.0, 1e4}) {
         for (const double share : {0.5, 0.9, 1.0}) {
           std::mt19937 random(17);
-          for (int trial = 0; trial < 20; ++trial) {
+          for (int trial = 0; trial < 8; ++trial) {
             const Fall fall(random, away, single);
             const double separation = fall.largest() * (single ? 0x1p-22 : 0x1p-48);
             ASSERT_FALSE(is_taken_through(fall, separation, share, tier, rounding))
