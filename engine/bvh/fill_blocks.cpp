@@ -12,8 +12,8 @@ constexpr std::uint32_t kNone = 0xffffffff;
 
 // Newcomers and gaps are matched as Kuhn (The Hungarian method, 1955) and Berge (1957) have it: where none is
 // left around one, others make room along a chain of blocks, each of which is around who comes to it. Who
-// finds no chain marks the blocks that it looked at for good: no later chain leads out of them. So all
-// searches together are linear.
+// finds no chain marks the blocks that it looked at for good, since no later chain leads out of them: all who
+// find none are linear together, and who finds one costs the blocks between it and the gap, most often a few.
 class Filling {
  public:
   Filling(std::span<const Newcomer> newcomers, std::vector<BlockRoom> rooms, StopSignal stop)

@@ -51,7 +51,8 @@ std::uint32_t nearest_block(std::uint32_t block, std::uint32_t count, Holds&& ho
 /// The block of each. As many as can be take a gap in one that held primitives of their vertices: where all
 /// gaps are filled, everything that stayed has the number that it had. The others go to one with room that
 /// held most of their vertices, or to one near by. Empty where there is no room within kReach blocks. `rooms`
-/// is by block. O(newcomers + blocks). Throws Stopped when told to stop.
+/// is by block. O(newcomers + blocks), and for each newcomer whose gap is not around it the blocks that are
+/// nearer than that gap. Throws Stopped when told to stop.
 std::vector<std::uint32_t> fill_blocks(std::span<const Newcomer> newcomers, std::vector<BlockRoom> rooms,
                                        StopSignal stop);
 

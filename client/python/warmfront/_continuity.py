@@ -50,7 +50,7 @@ def continuity(earlier: Optional[Contacts], now: Contacts) -> Continuity:
     give None for it then. InvalidArgumentError where one is reduced and the other is not.
     """
     for given, name in ((earlier, "earlier"), (now, "now")):
-        if not isinstance(given, Contacts) and (given, name) != (None, "earlier"):
+        if not isinstance(given, Contacts) and not (given is None and name == "earlier"):
             raise InvalidArgumentError(f"continuity: {name}: {type(given).__name__}; give Contacts, an answer's")
     if earlier is None:
         return Continuity(np.full(len(now), -1, np.int64), np.empty(0, np.int64))

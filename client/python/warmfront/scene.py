@@ -58,7 +58,7 @@ class Body:
     def __post_init__(self) -> None:
         for name in ("vertex_count", "first_vertex"):
             given = getattr(self, name)
-            if not isinstance(given, (int, float, np.number)) and (name, given) != ("first_vertex", None):
+            if not isinstance(given, (int, float, np.number)) and not (given is None and name == "first_vertex"):
                 raise InvalidArgumentError(f"Body: {name} {given!r} is not a number")
 
     def put_into(self, message: Any, index: int) -> None:

@@ -17,7 +17,7 @@ bool is_around(const Newcomer& newcomer, std::uint32_t block) {
   return std::ranges::any_of(newcomer, [&](const BlocksAround* around) { return around->holds(block); });
 }
 
-// The most newcomers of [at, end) that gaps have room for, by trying everything.
+// The most of these newcomers that gaps have room for, by trying everything.
 std::size_t most_in_gaps(std::span<const Newcomer> newcomers, std::vector<BlockRoom>& rooms) {
   if (newcomers.empty()) return 0;
   std::size_t most = most_in_gaps(newcomers.subspan(1), rooms);

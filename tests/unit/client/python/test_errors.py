@@ -265,6 +265,8 @@ def test_a_body_is_named_by_its_name_too(anywhere):
     (r"vertex_count: -1; give how many", lambda s: s.trial(AFTER).by_vertex(-1)),
     (r"continuity: earlier: int; give Contacts", lambda s: warmfront.continuity(1, 2)),
     (r"continuity: now: int; give Contacts", lambda s: warmfront.continuity(None, 2)),
+    (r"continuity: earlier: ndarray; give Contacts", lambda s: warmfront.continuity(FACES, s.trial(AFTER))),
+    (r"Body: first_vertex array", lambda s: Body(3, first_vertex=np.arange(2))),
     (r"stencils: the rows are not reduced", lambda s: s.trial(AFTER).stencils()),
 ])
 def test_what_is_of_no_such_type(client, message, ask):
