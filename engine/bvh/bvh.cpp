@@ -96,7 +96,7 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
 }
 
 template <class Bounds>
-void Bvh<Bounds>::list_leaves(StopSignal stop) {
+void Bvh<Bounds>::list_leaves(const Listed* before, StopSignal stop) {
   struct Range {
     std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
     std::uint32_t end = 0;
@@ -132,8 +132,11 @@ void Bvh<Bounds>::list_leaves(StopSignal stop) {
     }
   };
   const Ranges ranges = join_pieces(0, order.size(), stop, Ranges{}, ranges_of, widen);
+  bool same = before != nullptr && before->shape.node_count() == shape.node_count();
   const auto make_leaves = [&]<class Id>(LeavesOf<Id>& leaves_of, const Range& range) {
-    leaves_of.first = Id{range.end > 0 ? range.first : 0};
+    const Id first{range.end > 0 ? range.first : 0};
+    same &= leaves_of.first == first && leaves_of.leaf.size() == Id{range.end} - first;
+    leaves_of.first = first;
     make_room(leaves_of.leaf, Id{range.end} - leaves_of.first, stop);
   };
   make_leaves(face_leaves, ranges[0]);
@@ -142,6 +145,10 @@ void Bvh<Bounds>::list_leaves(StopSignal stop) {
   if (order.empty()) return;
   const auto list_leaf = [&](std::size_t leaf) {
     const NodeId node = shape.first_leaf() + static_cast<std::uint32_t>(leaf);
+    const auto held_in = [node](const TreeShape& in, std::span<const Primitive> all) {
+      return all.subspan(in.begin(node), in.end(node) - in.begin(node));
+    };
+    if (same && std::ranges::equal(held_in(shape, order), held_in(before->shape, before->order))) return;
     for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
       const Primitive p = order[i];
       if (is_face(p))
@@ -187,7 +194,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
         begin_anew(travel.blocks, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, stop);
       },
       [&] { begin_anew(leaves.grids, in_blocks ? shape.leaf_count() : 0, stop); },
-      [&] { list_leaves(stop); });
+      [&] { list_leaves(nullptr, stop); });
   list_block_vertices(scene, stop);
   leaves.blocks_of.clear();
   if (leaves.blocks.empty()) return;
@@ -203,10 +210,11 @@ template <class Bounds>
 void Bvh<Bounds>::change(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
                          std::shared_ptr<const SharedVertices> new_shared,
                          std::span<const std::uint8_t> changed_blocks, StopSignal stop) {
-  shape = new_shape;
-  order = std::move(new_order);
+  const TreeShape shape_before = std::exchange(shape, new_shape);
+  const std::vector<Primitive> order_before = std::exchange(order, std::move(new_order));
   leaves.shared = std::move(new_shared);
-  list_leaves(stop);
+  const Listed listed{shape_before, order_before};
+  list_leaves(&listed, stop);
   // Of an earlier change, too, of which no refit has come to its end.
   std::vector<std::uint8_t> renewed = holders_of(changed_blocks, shape, stop);
   for (std::size_t node = 0; node < motion.renewed.size(); ++node) renewed[node] |= motion.renewed[node];

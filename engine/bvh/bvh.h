@@ -94,7 +94,12 @@ struct Bvh {
   void list_block_vertices(const Scene& scene, StopSignal stop);
   void append_block_vertices(const Scene& scene, BlockId block, std::vector<std::uint32_t>& items) const;
   void list_corners(const Scene& scene, BlockId block);
-  void list_leaves(StopSignal stop);
+  // What was listed before, of which leaves that hold the same stay.
+  struct Listed {
+    const TreeShape& shape;
+    std::span<const Primitive> order;
+  };
+  void list_leaves(const Listed* before, StopSignal stop);
 
   bool is_known(BlockId a, BlockId b) const {
     return leaves.shared != nullptr && !(leaves.shared->crowded(a) && leaves.shared->crowded(b));

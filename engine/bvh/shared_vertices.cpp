@@ -137,8 +137,9 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   append(others_, std::span(before.others_), stop);
   append(pairs_, std::span(before.pairs_), stop);
   std::vector<std::uint8_t> rows(changed.begin(), changed.end());
-  for (std::size_t place = 0; place < others_.size(); ++place) {
-    if (others_[place] != kNone && changed[others_[place]] != 0) rows[place / kRow] = 1;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (std::size_t place = kRow * b; place < kRow * (b + 1) && others_[place] != kNone; ++place)
+      rows[b] |= changed[others_[place]];
   }
   for (const More& more : before.more_) {
     if (changed[more.other] != 0) rows[more.owner] = 1;

@@ -165,9 +165,9 @@ void TopologyReplacement::join(std::span<const std::uint32_t> face_rank, StopSig
     const std::uint32_t first = p++;
     const NumberShift& shift = shifts_[first];
     if (is_new(PartId{first})) {
-      const Made& made = *made_[new_of_[first]];
+      Made& made = *made_[new_of_[first]];
       const MeshRange range = made.part.range();
-      scenes.push_back({&made.scene, range, first});
+      scenes.push_back({&made.scene, range, first, &made.scene});
       numberings.push_back({&made.numbering, range});
       ownerships_.push_back({made.ownership.get(), range.first_face, range.end_face, shift,
                              made.owners_changed ? &*made.owners_changed : nullptr});

@@ -8,6 +8,7 @@
 
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/connectivity.h"
+#include "engine/scene/follow_runs.h"
 
 namespace warmfront {
 namespace {
@@ -15,88 +16,6 @@ namespace {
 constexpr std::uint32_t kNone = LocalChange::kNone;
 constexpr EdgeId kNoEdge = LocalChange::kNoEdge;
 using Three = std::array<std::uint32_t, 3>;
-
-// Does everything that stays keep its number?
-bool in_place(std::span<const Run> runs) {
-  return std::ranges::all_of(runs, [](const Run& run) { return run.from == run.to; });
-}
-
-// Rows that are not as they were.
-struct ChangedRows {
-  std::vector<std::uint32_t> rows;  // ascending
-  std::vector<std::uint32_t> end;   // by row: where its items end
-  std::vector<std::uint32_t> items;
-
-  void end_row(std::uint32_t row) {
-    rows.push_back(row);
-    end.push_back(static_cast<std::uint32_t>(items.size()));
-  }
-};
-
-// Runs without some of what they lead to, which ascends.
-std::vector<Run> without(std::span<const Run> runs, std::span<const std::uint32_t> rows) {
-  std::vector<Run> left;
-  left.reserve(runs.size() + rows.size());
-  auto row = rows.begin();
-  for (Run run : runs) {
-    while (row != rows.end() && *row < run.to) ++row;
-    for (; row != rows.end() && *row < run.to + run.count; ++row) {
-      const std::size_t count = *row - run.to;
-      if (count > 0) left.push_back({run.from, count, run.to});
-      run = {run.from + count + 1, run.count - count - 1, run.to + count + 1};
-    }
-    if (run.count > 0) left.push_back(run);
-  }
-  return left;
-}
-
-// Rows of which these runs are as they were from `first_row` on, but for the numbers of their items, and the
-// others are `changed`: together all. What was item `first_item` + i is now `item_of[i]`, or i with `same`.
-Csr follow_rows(const Csr& before, std::size_t first_row, std::span<const Run> runs,
-                const ChangedRows& changed, std::span<const std::uint32_t> item_of, std::uint32_t first_item,
-                bool same, std::size_t rows, StopSignal stop) {
-  Csr csr;
-  std::size_t items = changed.items.size();
-  for (const Run& run : runs)
-    items += before.begin[first_row + run.from + run.count] - before.begin[first_row + run.from];
-  reserve(csr.begin, rows + 1, stop);
-  reserve(csr.items, items, stop);
-  csr.begin.push_back(0);
-  PacedStop paced(stop, 256);
-  std::size_t next = 0;  // of the changed ones
-  const auto take_changed = [&](std::size_t until) {
-    for (; next < changed.rows.size() && changed.rows[next] < until; ++next) {
-      paced.check();
-      const auto first = changed.items.begin() + (next == 0 ? 0 : changed.end[next - 1]);
-      csr.items.insert(csr.items.end(), first, changed.items.begin() + changed.end[next]);
-      csr.begin.push_back(static_cast<std::uint32_t>(csr.items.size()));
-    }
-  };
-  for (const Run& run : runs) {
-    take_changed(run.to);
-    const std::size_t from = first_row + run.from;
-    const auto offset = static_cast<std::uint32_t>(csr.items.size()) - before.begin[from];
-    in_pieces(from + 1, from + run.count + 1, stop, [&](std::size_t first, std::size_t end) {
-      const std::size_t at = csr.begin.size();
-      csr.begin.resize(at + end - first);
-      for (std::size_t i = 0; i < end - first; ++i) csr.begin[at + i] = before.begin[first + i] + offset;
-    });
-    in_pieces(before.begin[from], before.begin[from + run.count], stop,
-              [&](std::size_t first, std::size_t end) {
-                const std::size_t at = csr.items.size();
-                csr.items.resize(at + end - first);
-                const std::uint32_t* const read = before.items.data() + first;
-                std::uint32_t* const write = csr.items.data() + at;
-                if (same) {
-                  for (std::size_t i = 0; i < end - first; ++i) write[i] = read[i] - first_item;
-                } else {
-                  for (std::size_t i = 0; i < end - first; ++i) write[i] = item_of[read[i] - first_item];
-                }
-              });
-  }
-  take_changed(rows);
-  return csr;
-}
 
 // What stays of a row, then what came to it: both ascend.
 void append_row(ChangedRows& rows, std::span<const std::uint32_t> before,
@@ -113,41 +32,17 @@ void append_row(ChangedRows& rows, std::span<const std::uint32_t> before,
   rows.end_row(row);
 }
 
-// Appends items of runs, each number in them as `now` says; `came` makes those that are in none.
-template <class T, class Came, class Now>
-void append_runs(std::vector<T>& to, std::span<const T> from, std::span<const Run> runs, std::size_t count,
-                 StopSignal stop, Came&& came, Now&& now) {
-  reserve(to, count, stop);
-  PacedStop paced(stop, 256);
-  const auto those_that_came = [&](std::size_t until) {
-    for (; to.size() < until; to.push_back(came(to.size()))) paced.check();
-  };
-  for (const Run& run : runs) {
-    those_that_came(run.to);
-    in_pieces(run.from, run.from + run.count, stop, [&](std::size_t first, std::size_t end) {
-      const std::size_t at = to.size();
-      to.resize(at + end - first);
-      const T* const read = from.data() + first;
-      T* const write = to.data() + at;
-      for (std::size_t i = 0; i < end - first; ++i) {
-        for (std::size_t k = 0; k < read[i].size(); ++k) write[i][k] = now(read[i][k]);
-      }
-    });
-  }
-  those_that_came(count);
-}
-
 // The edges of each face, in the numbers that these have now; `came` says those of a face that is in no run.
 template <class Came>
 void follow_edges(std::vector<Three>& to, std::span<const Three> from, const MeshRange& part,
                   const LocalChange& change, std::size_t count, StopSignal stop, Came&& came) {
   const std::uint32_t first_edge = number_of(part.features.first_edge);
   const std::span<const Three> before = from.subspan(part.first_face, part.face_count());
-  const auto append = [&](auto&& now) { append_runs(to, before, change.face_runs, count, stop, came, now); };
   if (in_place(change.edge_runs))
-    append([=](std::uint32_t edge) { return edge - first_edge; });
+    append_runs_less(to, before, change.face_runs, count, stop, came, first_edge);
   else
-    append([&](std::uint32_t edge) { return number_of(change.edge_of[edge - first_edge]); });
+    append_runs(to, before, change.face_runs, count, stop, came,
+                [&](std::uint32_t edge) { return number_of(change.edge_of[edge - first_edge]); });
 }
 
 // (what a face that came has, the face), ascending and each once.
@@ -205,9 +100,8 @@ Scene ChangedScene::as_given(const Scene& before, const MeshRange& part, SceneDe
     while (number_of(next_touched->now) != e) ++next_touched;
     return next_touched->ends;
   };
-  append_runs(mesh.edges, std::span<const Edge>(old.edges).subspan(first_edge, part.edge_count()),
-              change.edge_runs, change.edge_before.size(), stop, edge_that_came,
-              [=](std::uint32_t v) { return v - first_vertex; });
+  append_runs_less(mesh.edges, std::span<const Edge>(old.edges).subspan(first_edge, part.edge_count()),
+                   change.edge_runs, change.edge_before.size(), stop, edge_that_came, first_vertex);
 
   const auto side = [&](const Face& face, std::size_t k) {
     const auto [lesser, greater] = std::minmax({face[k], face[(k + 1) % 3]});
@@ -218,7 +112,7 @@ Scene ChangedScene::as_given(const Scene& before, const MeshRange& part, SceneDe
     return Three{side(face, 0), side(face, 1), side(face, 2)};
   });
 
-  const bool faces_stay = in_place(change.face_runs);
+  const ItemNumbers face_numbers{change.face_of, part.first_face, in_place(change.face_runs)};
   ChangedRows around;
   std::vector<Edge> came =
       by_what_they_have(change.came, stop, [&](std::uint32_t f) { return mesh.faces[f]; });
@@ -228,8 +122,8 @@ Scene ChangedScene::as_given(const Scene& before, const MeshRange& part, SceneDe
     append_row(around, old.vertex_faces[first_vertex + v], change.face_of, part.first_face, v, came, next);
   }
   const std::vector<Run> all_vertices{{0, mesh.vertex_count, 0}};
-  mesh.vertex_faces = follow_rows(old.vertex_faces, first_vertex, without(all_vertices, change.at), around,
-                                  change.face_of, part.first_face, faces_stay, mesh.vertex_count, stop);
+  follow_rows(mesh.vertex_faces, old.vertex_faces, first_vertex, without(all_vertices, change.at), around,
+              face_numbers, mesh.vertex_count, stop);
 
   ChangedRows along;
   came = by_what_they_have(change.came, stop, [&](std::uint32_t f) { return mesh.face_edges[f]; });
@@ -241,8 +135,8 @@ Scene ChangedScene::as_given(const Scene& before, const MeshRange& part, SceneDe
     if (edge.before != kNoEdge) row = old.edge_faces[first_edge + number_of(edge.before)];
     append_row(along, row, change.face_of, part.first_face, number_of(edge.now), came, next);
   }
-  mesh.edge_faces = follow_rows(old.edge_faces, first_edge, without(change.edge_runs, changed_edges), along,
-                                change.face_of, part.first_face, faces_stay, mesh.edges.size(), stop);
+  follow_rows(mesh.edge_faces, old.edge_faces, first_edge, without(change.edge_runs, changed_edges), along,
+              face_numbers, mesh.edges.size(), stop);
 
   mesh.vertex_lone_edges = lone_edges_of_vertices(mesh.edges, mesh.lone_edges, mesh.vertex_count, stop);
   auto at = change.at.begin();
@@ -280,8 +174,17 @@ Scene ChangedScene::renumbered(const Scene& before, const MeshRange& part, const
   const std::uint32_t first_edge = number_of(part.features.first_edge);
   to.vertex_count = from.vertex_count;
   to.body_count = from.body_count;
+  const ItemNumbers face_numbers{change.face_of, part.first_face, in_place(change.face_runs)};
+  // Of what will follow it, in the scene that this is the first part of.
+  const bool first = first_vertex == 0;
+  const auto room = [&](auto& list, std::size_t count, std::size_t all, std::size_t own) {
+    if (first) reserve(list, count + (all - own), stop);
+  };
+  const auto room_of_rows = [&](Csr& rows, std::size_t count, const Csr& all, std::size_t end) {
+    room(rows.begin, count + 1, all.rows(), end);
+    room(rows.items, from.faces.size() * 3, all.items.size(), all.begin[end]);
+  };
   const auto renamed = [&](std::uint32_t v) { return number_of(numbering.renumbered(GivenVertex{v})); };
-  const auto in_body = [=](std::uint32_t vertex) { return vertex - first_vertex; };
   const auto given_face = [&](std::size_t f) {
     return number_of(numbering.given(NewFace{static_cast<std::uint32_t>(f)}));
   };
@@ -290,8 +193,10 @@ Scene ChangedScene::renumbered(const Scene& before, const MeshRange& part, const
       const Face& face = from.faces[given_face(f)];
       return Face{renamed(face[0]), renamed(face[1]), renamed(face[2])};
     };
-    append_runs(to.faces, std::span<const Face>(old.faces).subspan(part.first_face, part.face_count()),
-                change.face_runs, from.faces.size(), stop, came, in_body);
+    room(to.faces, from.faces.size(), old.faces.size(), part.face_count());
+    room(to.face_edges, from.faces.size(), old.faces.size(), part.face_count());
+    append_runs_less(to.faces, std::span<const Face>(old.faces).subspan(part.first_face, part.face_count()),
+                     change.face_runs, from.faces.size(), stop, came, first_vertex);
     follow_edges(to.face_edges, old.face_edges, part, change, from.faces.size(), stop,
                  [&](std::size_t f) { return from.face_edges[given_face(f)]; });
   };
@@ -299,8 +204,9 @@ Scene ChangedScene::renumbered(const Scene& before, const MeshRange& part, const
     const auto came = [&](std::size_t e) {
       return Edge{renamed(from.edges[e][0]), renamed(from.edges[e][1])};
     };
-    append_runs(to.edges, std::span<const Edge>(old.edges).subspan(first_edge, part.edge_count()),
-                change.edge_runs, from.edges.size(), stop, came, in_body);
+    room(to.edges, from.edges.size(), old.edges.size(), part.edge_count());
+    append_runs_less(to.edges, std::span<const Edge>(old.edges).subspan(first_edge, part.edge_count()),
+                     change.edge_runs, from.edges.size(), stop, came, first_vertex);
     append(to.lone_edges, std::span<const std::uint32_t>(from.lone_edges), stop);
     to.vertex_lone_edges = lone_edges_of_vertices(to.edges, to.lone_edges, to.vertex_count, stop);
   };
@@ -312,9 +218,9 @@ Scene ChangedScene::renumbered(const Scene& before, const MeshRange& part, const
       around.end_row(v);
     }
     const std::vector<Run> all_vertices{{0, to.vertex_count, 0}};
-    to.vertex_faces =
-        follow_rows(old.vertex_faces, first_vertex, without(all_vertices, change.at), around, change.face_of,
-                    part.first_face, in_place(change.face_runs), to.vertex_count, stop);
+    room_of_rows(to.vertex_faces, to.vertex_count, old.vertex_faces, part.vertex_count());
+    follow_rows(to.vertex_faces, old.vertex_faces, first_vertex, without(all_vertices, change.at), around,
+                face_numbers, to.vertex_count, stop);
   };
   const auto list_along = [&] {
     ChangedRows along;
@@ -326,11 +232,12 @@ Scene ChangedScene::renumbered(const Scene& before, const MeshRange& part, const
         along.items.push_back(number_of(numbering.renumbered(GivenFace{f})));
       along.end_row(number_of(edge.now));
     }
-    to.edge_faces =
-        follow_rows(old.edge_faces, first_edge, without(change.edge_runs, along.rows), along, change.face_of,
-                    part.first_face, in_place(change.face_runs), from.edges.size(), stop);
+    room_of_rows(to.edge_faces, from.edges.size(), old.edge_faces, part.edge_count());
+    follow_rows(to.edge_faces, old.edge_faces, first_edge, without(change.edge_runs, along.rows), along,
+                face_numbers, from.edges.size(), stop);
   };
   const auto list_vertices = [&] {
+    room(to.body_of_vertex, to.vertex_count, old.vertex_count, part.vertex_count());
     lengthen(to.body_of_vertex, to.vertex_count, 0U, stop);
     reserve(to.isolated_vertices, from.isolated_vertices.size(), stop);
     for (const std::uint32_t v : from.isolated_vertices) to.isolated_vertices.push_back(renamed(v));

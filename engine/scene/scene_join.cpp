@@ -81,8 +81,9 @@ Scene SceneJoin::join(std::span<const SceneSlice> slices, std::uint32_t body_cou
     result.mesh_ = slices[0].scene->mesh_;
     return result;
   }
-  Scene::Mesh& to = result.own_mesh();
-  to.body_count = body_count;
+  const SceneSlice& front = slices.front();
+  const bool takes_over = front.spare != nullptr && is_all(front.range, *front.scene) &&
+                          front.body_shift == 0 && front.spare->mesh_.use_count() == 1;
   std::size_t vertices = 0, faces = 0, edges = 0, around = 0, along = 0;
   for (const SceneSlice& slice : slices) {
     const Scene::Mesh& from = *slice.scene->mesh_;
@@ -96,17 +97,21 @@ Scene SceneJoin::join(std::span<const SceneSlice> slices, std::uint32_t body_cou
       along += from.edge_faces.begin[number_of(features.end_edge)] -
                from.edge_faces.begin[number_of(features.first_edge)];
   }
-  to.faces.reserve(faces);
-  to.face_edges.reserve(faces);
-  to.edges.reserve(edges);
-  to.vertex_faces.begin.reserve(vertices + 1);
-  to.vertex_faces.items.reserve(around);
-  to.edge_faces.begin.reserve(edges + 1);
-  to.edge_faces.items.reserve(along);
-  to.body_of_vertex.reserve(vertices);
-  to.vertex_faces.begin.push_back(0);
-  to.edge_faces.begin.push_back(0);
-  for (const SceneSlice& slice : slices) {
+  if (takes_over) std::swap(result.mesh_, front.spare->mesh_);
+  Scene::Mesh& to = result.own_mesh();
+  to.body_count = body_count;
+  reserve(to.faces, faces, stop);
+  reserve(to.face_edges, faces, stop);
+  reserve(to.edges, edges, stop);
+  const auto make_rows = [stop](Csr& csr, std::size_t rows, std::size_t items) {
+    reserve(csr.begin, rows + 1, stop);
+    reserve(csr.items, items, stop);
+    if (csr.begin.empty()) csr.begin.push_back(0);
+  };
+  make_rows(to.vertex_faces, vertices, around);
+  make_rows(to.edge_faces, edges, along);
+  reserve(to.body_of_vertex, vertices, stop);
+  for (const SceneSlice& slice : slices.subspan(takes_over ? 1 : 0)) {
     const Scene::Mesh& from = *slice.scene->mesh_;
     const auto& [features, first_face, end_face] = slice.range;
     const std::uint32_t vertex = to.vertex_count - features.first_vertex;

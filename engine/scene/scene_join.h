@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -47,6 +46,9 @@ struct SceneSlice {
   const Scene* scene = nullptr;
   MeshRange range;
   std::uint32_t body_shift = 0;  ///< is added to the numbers of its bodies, modulo 2^32
+  /// The same scene where it is not needed afterwards: its memory is taken over where it comes first, is all
+  /// that the range says and shares nothing. It is unspecified then.
+  Scene* spare = nullptr;
 };
 
 class SceneJoin {
