@@ -120,9 +120,13 @@ Result<StepResult> Collider::trial(const Frame& frame, const QuestionOptions& op
 }
 
 Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
-                                   const QuestionOptions& question, const std::atomic<bool>* cancelled) try {
-  Result<StepResult> result =
-      impl_->trial(frame, {QuestionKind::kMaxStep, question, leave_out_overlaps}, StopSignal(cancelled), {});
+                                   const QuestionOptions& options, const std::atomic<bool>* cancelled,
+                                   Rounding rounding) try {
+  const Question question{.kind = QuestionKind::kMaxStep,
+                          .options = options,
+                          .leave_out_overlaps = leave_out_overlaps,
+                          .rounding = rounding};
+  Result<StepResult> result = impl_->trial(frame, question, StopSignal(cancelled), {});
   if (!result) return result.error();
   const StepResult& answer = result.value();
   MaxStep step;

@@ -59,8 +59,15 @@ class Collider {
   /// separation: a trial() with Report::kEarliest, which can be committed. With `leave_out_overlaps`, pairs
   /// that touch or are within the separation at the start are ignored and counted. With
   /// QuestionOptions::keep_distance, before which no pair comes nearer than that share of its own distance.
+  ///
+  /// Except in tier fast there is room for what commit() rounds: before it no vertex and face, and no two
+  /// edges, come nearer to each other than a commit() of any part of the motion that rounds so may take them
+  /// (CommitRoom): 2^-48 (float32: 2^-22) of the largest coordinate of those of their vertices that move. So
+  /// a commit of as much or less takes nothing through anything. What starts nearer is at 0, and counted,
+  /// like what touches; with `leave_out_overlaps` it is tested without that room.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
-                           const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr);
+                           const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr,
+                           Rounding rounding = Rounding::kFloat64);
   /// All vertex-face and edge-edge pairs without a common vertex that are within `distance` (scene units,
   /// finite, >= 0), and the thickness of both, of each other where everything is, or at the end of the last
   /// trial: rows as step()'s, with toi 0 or 1, of Report::kAll or kCount (kVertexDistances: see
@@ -96,8 +103,8 @@ class Collider {
                          const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
   /// Takes the last trial, or max_step(), up to `fraction` in [0, 1]: each vertex that it moves is then at
   /// part_way(X, Y, fraction) of where it was, X, and would have gone, Y; a pose likewise, or by screw_way().
-  /// Nothing is sent or tested again: what is nearer to each other then than part_way() rounds may have been
-  /// taken through, which a min_separation of max_step() above that rules out. kFailedPrecondition unless a
+  /// Nothing is sent or tested again: what is nearer to each other then than part_way() rounds may be taken
+  /// through, for which a trial() leaves no room, and max_step() does. kFailedPrecondition unless a
   /// trial was answered since the last step, commit or change of the scene; kInvalidArgument for a fraction
   /// outside [0, 1] (or NaN). Nothing has changed after an error.
   Result<CommitResult> commit(double fraction = 1, Rounding rounding = Rounding::kFloat64);

@@ -70,6 +70,9 @@ struct ContactFields {
   friend bool operator==(const ContactFields&, const ContactFields&) = default;
 };
 
+/// How the positions that a commit makes are rounded: see part_way().
+enum class Rounding : std::uint8_t { kFloat64, kFloat32 };
+
 struct ColliderOptions {
   Tier tier = Tier::kCertified;
   /// Certified tier: a pair may be reported when it comes this close, relative to the query's own size (the
@@ -104,6 +107,9 @@ struct ColliderOptions {
   bool reduced = false;
   /// Of Collider::max_step() alone, from its own options: see QuestionOptions::keep_distance.
   std::optional<double> keep_distance = std::nullopt;
+  /// Of Collider::max_step() alone, not in the fast tier: no two features come nearer to each other than a
+  /// commit that rounds so may take them. See CommitRoom.
+  std::optional<Rounding> room_for = std::nullopt;
   /// Step an all-deformable collider beside this one, to say what the scene's model saves: see
   /// StepResult::all_deformable.
   bool explain = false;

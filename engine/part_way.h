@@ -14,7 +14,8 @@ namespace warmfront {
 /// Of numbers up to m the roundings sum up to less than 6 m 2^-53, and with `single` to 2^-24 m more (beside
 /// what underflows). So they bring two features whose vertices go part of their way nearer to each other, or
 /// farther away, by less than 2^-48 m, with `single` by less than 2^-22 m (2 sqrt(3) times as much as each
-/// coordinate). What is nearer may be taken through each other by them.
+/// coordinate). What is nearer may be taken through each other by them: Collider::max_step() leaves room for
+/// that (motion/commit_room.h), and a trial leaves none.
 double part_way(double from, double to, double fraction, bool single);
 
 /// The same for each number of a pose. For 0 < fraction < 1 the result is in general no rotation: its

@@ -43,6 +43,7 @@ ColliderOptions merged(ColliderOptions options, const Question& question) {
   options.report = Report::kEarliest;
   options.fields = {};
   options.leave_out_overlaps = question.leave_out_overlaps;
+  if (options.tier != Tier::kFast) options.room_for = question.rounding;
   return options;
 }
 

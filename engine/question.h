@@ -56,10 +56,11 @@ struct Question {
   bool leave_out_overlaps = false;  ///< of kMaxStep alone
   /// Of kProximity, whose distance is options.min_separation, and kIntersections.
   Where where = Where::kBase;
+  Rounding rounding = Rounding::kFloat64;  ///< of kMaxStep alone: of the commit that follows
 
   /// Which pairs are within `distance` of each other?
   static Question proximity(double distance, Where where, const QuestionOptions& options) {
-    Question question{QuestionKind::kProximity, options, false, where};
+    Question question{.kind = QuestionKind::kProximity, .options = options, .where = where};
     question.options.min_separation = distance;
     return question;
   }
@@ -73,7 +74,7 @@ struct Question {
 
   /// Which edges meet which faces?
   static Question intersections(Where where, const QuestionOptions& options) {
-    return {QuestionKind::kIntersections, options, false, where};
+    return {.kind = QuestionKind::kIntersections, .options = options, .where = where};
   }
   /// Is everything at the frame's end from then on?
   bool counts() const { return kind == QuestionKind::kStep || kind == QuestionKind::kPlace; }
@@ -83,18 +84,15 @@ struct Question {
   friend bool operator==(const Question&, const Question&) = default;
 };
 
-/// The same of a question with its kind: kMaxStep reports the earliest contacts, without fields; kProximity
-/// tests distances, in tier certified where the session's is fast, which knows no separation; kIntersections
-/// is exact, without a separation and fields.
+/// The same of a question with its kind: kMaxStep reports the earliest contacts, without fields, and leaves
+/// room for roundings (except in tier fast); kProximity tests distances, in tier certified where the
+/// session's is fast, which knows no separation; kIntersections is exact, without a separation and fields.
 ColliderOptions merged(ColliderOptions options, const Question& question);
 
 /// kInvalidArgument, naming the field, for options that a question of its kind does not have: of
 /// kIntersections, which is exact and tells of features alone, all but report and max_contacts; of kPlace,
 /// which tests nothing, all; of kMaxStep, which reports the earliest contacts, report and fields.
 Status validate(QuestionKind kind, const QuestionOptions& options);
-
-/// How the positions that a commit makes are rounded: see part_way().
-enum class Rounding : std::uint8_t { kFloat64, kFloat32 };
 
 /// What a commit did.
 struct CommitResult {
@@ -111,9 +109,9 @@ struct CommitResult {
 
 /// How far a motion may go.
 struct MaxStep {
-  /// In [0, 1]: nothing touches, or comes within the separation (with keep_distance its own), before it.
-  /// Tiers certified and exact: a lower bound. 1 where nothing does in the whole motion; then, and only then,
-  /// `first` is empty.
+  /// In [0, 1]: nothing touches, or comes within the separation (with keep_distance its own), or nearer than
+  /// a commit rounds, before it. Tiers certified and exact: a lower bound. 1 where nothing does in the whole
+  /// motion; then, and only then, `first` is empty.
   double fraction = 1;
   /// Of what comes first, the first in the order of contacts.
   std::optional<Contact> first;

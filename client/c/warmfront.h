@@ -247,12 +247,15 @@ typedef struct wf_answer {
 WF_API wf_code wf_step(wf_session*, const wf_frame*, const wf_question*, wf_answer*, size_t answer_size);
 /* The same, and everything stays where it is. */
 WF_API wf_code wf_trial(wf_session*, const wf_frame*, const wf_question*, wf_answer*, size_t answer_size);
-/* How far may it go before anything touches? In [0, 1]; a trial, which may be committed. The answer has what comes first. */
+/* How far may it go before anything touches? In [0, 1]; a trial, which may be committed. The answer has what
+ * comes first. Except in tier fast, features stay farther apart before that than a commit rounds: 2^-48 of
+ * the largest coordinate of those of their vertices that move (WF_FLOAT32: 2^-22). What starts nearer counts
+ * as what touches does. */
 WF_API wf_code wf_max_step(wf_session*, const wf_frame*, const wf_question*, double* fraction, wf_answer*,
                            size_t answer_size);
-/* Goes to a fraction in [0, 1] of the last trial or wf_max_step(). WF_FAILED_PRECONDITION where there is none.
- * Part of the way is rounded, and nothing is tested: ask wf_max_step() with a min_separation of at least 2^-48
- * of the largest coordinate that moves (WF_FLOAT32: 2^-22), or rounding may take through what comes nearer. */
+/* Goes to a fraction in [0, 1] of the last trial or wf_max_step(). WF_FAILED_PRECONDITION where there is
+ * none. Part of the way is rounded, and nothing is tested: wf_max_step() leaves room for that, and a trial
+ * does not. */
 WF_API wf_code wf_commit(wf_session*, double fraction);
 /* Puts everything there, without a motion. */
 WF_API wf_code wf_place(wf_session*, const wf_frame*);

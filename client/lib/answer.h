@@ -100,7 +100,8 @@ struct Answer : KindCounts {
 
 /// How far a motion may go; see warmfront::MaxStep.
 struct MaxStep {
-  /// In [0, 1]: nothing touches, or comes within the separation, before it. 1 where nothing does at all.
+  /// In [0, 1]: nothing touches, or comes within the separation, or nearer than a commit rounds
+  /// (Collider::max_step()), before it. 1 where nothing does at all.
   double fraction = 1;
   /// Pairs that are within the separation, or not provably apart, at the start: counted whether they are left
   /// out or not. Where they are not, any of them makes `fraction` 0.

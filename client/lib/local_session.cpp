@@ -303,7 +303,9 @@ Result<Answer> LocalSession::compute(const Request& request, const std::atomic<b
     answer.world_tois.assign(step.world_tois.begin(), step.world_tois.end());
     return request.accept ? request.accept(step) : Status();
   };
-  const Result<StepResult> result = collider_.ask(as_sent(request.frame), request.question, stop, accept);
+  Question question = request.question;
+  question.rounding = rounding_;
+  const Result<StepResult> result = collider_.ask(as_sent(request.frame), question, stop, accept);
   if (!result) return at_frame(number, result.error());
   answer.statistics = result.value().statistics;
   if (result.value().all_deformable)

@@ -43,7 +43,7 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
   const double of_vertex = input_->thickness.any() ? input_->thickness.of(v) : 0;
   const auto separated = [&](double asked) { return separation_of(asked, of_vertex, thickness); };
   ElementaryOptions elementary = elementary_options();
-  elementary.min_separation = separated(options.min_separation);
+  elementary.min_separation = separated(asked());
   if (options.report == Report::kEarliest)
     elementary.latest = shared_->earliest.of(world_of_bodies(v, body));
   ElementaryCounts counts;
@@ -117,7 +117,8 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   std::array<double, FeatureBlock::kCapacity> separations;
   const bool separated = options.min_separation > 0 || input_->thickness.any();
   if (separated) {
-    for (std::size_t i = 0; i < pairs.size(); ++i) separations[i] = separation(pairs[i]);
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      separations[i] = std::max(separation(pairs[i]), room_of(pairs[i]));
   }
   std::size_t count = coplanarity_filter(
       pairs, input_->vertices, {separations.data(), separated ? pairs.size() : 0}, survivors.data());
@@ -127,10 +128,12 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   ElementaryCounts counts;
   for (std::size_t i = 0; i < count; ++i) {
     const FeaturePair& pair = pairs[survivors[i]];
-    if (separated) elementary.min_separation = separations[survivors[i]];
-    if (options.report == Report::kEarliest) elementary.latest = earliest_around(pair);
     const std::uint64_t before = counts.exact_tests;
-    take_verdict(pair, elementary_test(features_of(pair), elementary, counts));
+    take_verdict(pair, with_room(pair, separation(pair), [&](double own, double latest) {
+                   elementary.min_separation = own;
+                   elementary.latest = latest;
+                   return elementary_test(features_of(pair), elementary, counts);
+                 }));
     look_after_exact(counts.exact_tests - before);
   }
   output_.counts.exact_tests += counts.exact_tests;
@@ -148,16 +151,20 @@ void PairTester::test_turning(std::span<const FeaturePair> pairs) {
     const FeatureVertices features = features_of(pair);
     const TurningPair turns = turning(pair, features);
     input_->stop.check();
-    if (options.report == Report::kEarliest || input_->keep.share > 0)
-      certified.latest = std::min(1.0, earliest_around(pair));
-    certified.min_separation = separation(pair);
     if (options.report == Report::kCandidates) {
-      take_verdict(pair, turning_candidate_test(turns, certified.min_separation));
+      take_verdict(pair, turning_candidate_test(turns, separation(pair)));
     } else if (input_->keep.share > 0) {
-      const KeepDistance keep{input_->keep.share, separation(pair, input_->keep.beyond)};
-      take_verdict(pair, turning_keep_distance_test(turns, keep, certified));
+      take_verdict(pair,
+                   with_room(pair, separation(pair, input_->keep.beyond), [&](double own, double latest) {
+                     certified.latest = latest;
+                     return turning_keep_distance_test(turns, {input_->keep.share, own}, certified);
+                   }));
     } else {
-      take_verdict(pair, turning_test(turns, certified));
+      take_verdict(pair, with_room(pair, separation(pair), [&](double own, double latest) {
+                     certified.min_separation = own;
+                     certified.latest = latest;
+                     return turning_test(turns, certified);
+                   }));
     }
   }
 }
@@ -250,7 +257,7 @@ void PairTester::test_intersections(std::span<const FeaturePair> pairs) {
 
 ElementaryOptions PairTester::elementary_options() const {
   const ColliderOptions& options = input_->options;
-  return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
+  return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = asked()};
 }
 
 // No filter of many pairs comes before: these know of one separation for all, and the answer may not depend
@@ -258,10 +265,10 @@ ElementaryOptions PairTester::elementary_options() const {
 void PairTester::keep_distances(std::span<const FeaturePair> pairs) {
   CertifiedOptions certified{.tolerance = input_->options.tolerance};
   for (const FeaturePair& pair : pairs) {
-    certified.latest = std::min(1.0, earliest_around(pair));
-    KeepDistance keep = input_->keep;
-    keep.beyond = separation(pair, keep.beyond);
-    take_verdict(pair, keep_distance_test(features_of(pair), keep, certified));
+    take_verdict(pair, with_room(pair, separation(pair, input_->keep.beyond), [&](double own, double latest) {
+                   certified.latest = latest;
+                   return keep_distance_test(features_of(pair), {input_->keep.share, own}, certified);
+                 }));
   }
 }
 

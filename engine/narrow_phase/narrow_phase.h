@@ -13,6 +13,7 @@
 #include "engine/elementary/keep_distance.h"
 #include "engine/front/leaf_pairs.h"
 #include "engine/motion/arcs.h"
+#include "engine/motion/commit_room.h"
 #include "engine/motion/motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
@@ -50,14 +51,17 @@ struct NarrowPhaseInput {
   GapAt gap_at = GapAt::kEnd;  ///< see FrontUpdate
   /// A trial, of which others may go part of the way: what it meets is noted for test_met().
   bool note_met = false;
-  /// Where its share is not 0, each pair has a separation of its own, for which options.min_separation, with
-  /// the thickness of both, is none too small.
+  /// Where its share is not 0, or there is `room`, each pair has a separation of its own, for which
+  /// options.min_separation, with the thickness of both, is none too small; keep.beyond is what is asked of
+  /// all.
   KeepDistance keep = {};
   PartWidths widths = {};  ///< of options.min_separation: what bounds must be apart by
   /// Of Report::kVertexDistances, by given vertex: the distance asked about, and then less where something is
   /// nearer. Written by all threads, each number atomically.
   std::span<double> vertex_distances = {};
   bool half_spaces = false;  ///< are there any?
+  /// Where it is asked for, a vertex and a face, or two edges, are in contact when they come as near as that.
+  const CommitRoom* room = nullptr;
 
   /// Pairs and kept contacts that are noted, by each thread and in all; where there are more, test_met() does
   /// not serve.

@@ -84,7 +84,7 @@ void PairTester::primitive_pair(Primitive p, Primitive q, std::uint32_t near) {
 }
 
 bool PairTester::knows_distances() const {
-  return input_->options.min_separation > 0 || input_->keep.share > 0 || input_->thickness.any();
+  return asked() > 0 || input_->keep.share > 0 || input_->thickness.any();
 }
 
 void PairTester::point_pair(Primitive p, Primitive q) {
@@ -235,6 +235,11 @@ double PairTester::separation(const FeaturePair& pair, double asked) const {
   if (!input_->thickness.any()) return asked;
   const auto [a, b] = thickness_of(pair);
   return separation_of(asked, a, b);
+}
+
+double PairTester::room_of(const FeaturePair& pair) const {
+  const bool can_pass = pair.kind == ContactKind::kVertexFace || pair.kind == ContactKind::kEdgeEdge;
+  return input_->room != nullptr && can_pass ? input_->room->of(pair.vertices, input_->vertices) : 0;
 }
 
 float PairTester::until_in(std::uint32_t world) const {

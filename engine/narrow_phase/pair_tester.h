@@ -166,10 +166,31 @@ class PairTester {
   Width width_of(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const;
   // Of the first and of the second feature; where anything is thick.
   std::pair<double, double> thickness_of(const FeaturePair& pair) const;
-  // Of the pair, in a question with this separation for all.
+  // The question's separation for all pairs; where each has its own by keep_distance, the widest.
+  double asked() const {
+    return input_->room != nullptr && input_->keep.share == 0 ? input_->keep.beyond
+                                                              : input_->options.min_separation;
+  }
+  // Of the pair, in a question with this separation for all, without room for roundings.
   double separation(const FeaturePair& pair, double asked) const;
-  double separation(const FeaturePair& pair) const {
-    return separation(pair, input_->options.min_separation);
+  double separation(const FeaturePair& pair) const { return separation(pair, asked()); }
+  // What a commit may round the pair by; 0 where no room is asked for it.
+  double room_of(const FeaturePair& pair) const;
+  // By a test of the pair that is given a separation, and until when contacts are needed: the separation
+  // `without` room, or the room where that is more. What starts within the latter alone is no overlap to
+  // leave out, and is tested by the former; of what it is in contact by both, the former says how surely.
+  template <class Test>
+  Verdict with_room(const FeaturePair& pair, double without, Test&& test) const {
+    const double latest = asks_for_earliest() ? std::min(1.0, earliest_around(pair)) : 1;
+    const double room = room_of(pair);
+    Verdict verdict = test(std::max(without, room), latest);
+    if (!(room > without) || !verdict.contact) return verdict;
+    if (verdict.status != ContactStatus::kOverlapAtStart) {
+      if (const Verdict surely = test(without, 1.0); surely.contact) verdict.status = surely.status;
+    } else if (input_->options.leave_out_overlaps) {
+      verdict = test(without, latest);
+    }
+    return verdict;
   }
   void push(const FeaturePair& pair);
   // The same of a pair that no excluded vertices leave out.

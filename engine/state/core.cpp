@@ -128,7 +128,7 @@ std::size_t Core::memory_bytes() const {
                       vertex_bounds.capacity() * sizeof(PointBounds) + met.memory_bytes() +
                       near.memory_bytes() + rigid_parts.memory_bytes() + model.memory_bytes() +
                       filter.memory_bytes() + thickness.memory_bytes() + arcs.memory_bytes() +
-                      worlds.memory_bytes() + orphans.capacity() * sizeof(orphans[0]) +
+                      room.memory_bytes() + worlds.memory_bytes() + orphans.capacity() * sizeof(orphans[0]) +
                       patch_culled.capacity() + topology->parts.size() * kRoundedUp;
   for (const auto& of_part : orphans) {
     if (of_part != nullptr) bytes += of_part->memory_bytes();

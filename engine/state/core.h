@@ -13,6 +13,7 @@
 #include "engine/elementary/keep_distance.h"
 #include "engine/frame.h"
 #include "engine/motion/arcs.h"
+#include "engine/motion/commit_room.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
@@ -78,8 +79,9 @@ struct Core {
 
   std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
   ColliderOptions options;             // of the question in hand; between questions the session's
-  KeepDistance keep;                   // of the question in hand: where it is asked, options.min_separation
-                                       // is the widest separation of any pair
+  KeepDistance keep;                   // of the question in hand: where this or `room` is asked,
+                                       // options.min_separation is the widest separation of any pair
+  CommitRoom room;                     // likewise
   double asked_separation = 0;         // the minimum separation of the last question
   std::shared_ptr<Workers> workers;
   SceneMotion motion;

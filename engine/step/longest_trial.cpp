@@ -58,7 +58,8 @@ bool LongestTrial::serves(const ColliderOptions& now, const KeepDistance& keep) 
                           (now.pair_test == kTangles) == (asked_.pair_test == kTangles);
   const bool same_answer = same_reach && now.report == asked_.report &&
                            now.leave_out_overlaps == asked_.leave_out_overlaps && keep == keep_ &&
-                           now.pair_test == asked_.pair_test && now.instant == asked_.instant;
+                           now.room_for == asked_.room_for && now.pair_test == asked_.pair_test &&
+                           now.instant == asked_.instant;
   // Of a narrower one not all was met that a wider one asks about.
   return now.min_separation <= asked_.min_separation && (same_reach || !found_.left_out) &&
          (same_answer || !found_.kept);

@@ -21,7 +21,12 @@ NarrowPhaseOutput PipelineWith<Bounds>::run(Core& core, SceneMotion::Step& motio
   arranged_ = false;
   kind_ == Kind::kAgain ? motion.begin_again() : motion.begin(frame, stop);
   core.arcs.take(core.model.screws(), core.topology->scene.body_of_vertex(), core.motion, stop);
-  if (core.keep.share > 0) take_widest_separation(core, stop);
+  if (core.options.room_for)
+    core.room.take(*core.options.room_for, core.motion, core.arcs, core.topology->scene.body_of_vertex(),
+                   stop);
+  else
+    core.room.forget();
+  if (core.keep.share > 0 || core.room.any()) take_widest_separation(core, stop);
   take_width(core);
   begin_vertex_distances(core, stop);
   const bool shorter = is_question() && longest_.contains_motion(core, trees_.magnitude(), stop);
@@ -236,7 +241,8 @@ NarrowPhaseInput PipelineWith<Bounds>::narrow_input(Core& core, StopSignal stop,
           core.keep,
           part_widths_,
           core.found().vertex_distances,
-          !core.model.half_spaces().empty()};
+          !core.model.half_spaces().empty(),
+          core.room.any() ? &core.room : nullptr};
 }
 
 template <class Bounds>

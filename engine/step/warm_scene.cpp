@@ -33,7 +33,7 @@ Status check_all(const Positions& positions, std::uint32_t vertex_count, StopSig
 bool ask_alike(const ColliderOptions& a, const ColliderOptions& b) {
   const auto of = [](const ColliderOptions& o) {
     return std::tie(o.tier, o.tolerance, o.min_separation, o.report, o.leave_out_overlaps, o.keep_distance,
-                    o.pair_test, o.instant);
+                    o.room_for, o.pair_test, o.instant);
   };
   return of(a) == of(b);
 }
@@ -81,7 +81,7 @@ Result<StepResult> WarmScene::ask(const Frame& frame, Kind kind, const ColliderO
   } const restored(core.options);
   core.options = options;
   core.keep = {options.keep_distance.value_or(0), options.min_separation};
-  if (!options.keep_distance) core.asked_separation = options.min_separation;
+  if (!options.keep_distance && !options.room_for) core.asked_separation = options.min_separation;
   return pipeline->step(core, frame, kind, stop, accept);
 }
 

@@ -10,11 +10,16 @@
 namespace warmfront {
 
 double widest_separation(const Core& core, StopSignal stop) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  KeepDistance keep = core.keep;
+  if (const double room = core.room.most(); room > keep.beyond)
+    keep.beyond = std::min(std::exp2(std::ceil(std::log2(room))), kMost);
+  if (keep.share == 0) return keep.beyond;
   const double longest = longest_way(core.motion, core.arcs, stop);
-  const double least = core.keep.widest(longest, longest);
-  double widest = core.keep.beyond;
+  const double least = keep.widest(longest, longest);
+  double widest = keep.beyond;
   if (least > widest) widest += std::exp2(std::ceil(std::log2(least - widest)));
-  return std::min(std::max(widest, least), std::numeric_limits<double>::max());
+  return std::min(std::max(widest, least), kMost);
 }
 
 }  // namespace warmfront

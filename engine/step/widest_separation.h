@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The separation that all culls go by where each pair has its own: see elementary/keep_distance.h. Called by
+// The separation that all culls go by where each pair has its own: see elementary/keep_distance.h
+// and motion/commit_room.h. Called by
 // one thread, inside Workers::run().
 #pragma once
 
@@ -8,8 +9,9 @@
 
 namespace warmfront {
 
-/// At least the separation of every pair in the motion that was begun, by core.keep. Rounded up, so that it,
-/// and what depends on it, often stays the same from question to question. Throws Stopped when told to stop.
+/// At least the separation of every pair in the motion that was begun, by core.keep and core.room. Rounded
+/// up, so that it, and what depends on it, often stays the same from question to question. Throws Stopped
+/// when told to stop.
 double widest_separation(const Core& core, StopSignal stop);
 
 }  // namespace warmfront

@@ -89,6 +89,8 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Null where nobody said.
   Tenant* tenant() const { return tenant_.get(); }
   Dtype dtype() const { return dtype_; }
+  /// Of what a commit makes.
+  Rounding rounding() const { return dtype_ == Dtype::kFloat32 ? Rounding::kFloat32 : Rounding::kFloat64; }
   /// As it is now.
   std::shared_ptr<const Scene> scene() const;
   ColliderOptions options() const;

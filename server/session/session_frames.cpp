@@ -76,6 +76,7 @@ Fault Session::out_of_order(std::uint64_t frame) const {
 }
 
 Outcome<Question> Session::within_limits(Question question) const {
+  question.rounding = rounding();
   const QuestionOptions& options = question.options;
   const auto invalid = [](std::string message) {
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput, std::move(message)};
@@ -211,8 +212,7 @@ FrameOutcome Session::take_trial(std::uint64_t number, FrameCommit commit) {
                      "no trial of this frame was answered since the last frame or change of the scene, or a "
                      "motion failed since; send the trial again, then the commit"};
   auto answer = std::make_shared<Answer>();
-  const Result<CommitResult> result =
-      collider_.commit(fraction, dtype_ == Dtype::kFloat32 ? Rounding::kFloat32 : Rounding::kFloat64);
+  const Result<CommitResult> result = collider_.commit(fraction, rounding());
   if (!result) return fault_from(result.error(), where);
   StateDigest digest(history_.now().digest);
   digest.add(kDigestOfCommit);

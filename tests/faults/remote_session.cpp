@@ -68,7 +68,9 @@ std::string difference(const client::Answer& answer, const Outcome& expected, co
 
 RemoteSession::RemoteSession(SessionDriver& driver, AcceptedState state, const ColliderOptions& options,
                              std::size_t few)
-    : driver_(driver), state_(std::move(state)), options_(options), few_(few) {}
+    : driver_(driver), state_(std::move(state)), options_(options), few_(few) {
+  state_.rounding = rounding();
+}
 
 std::string RemoteSession::create() {
   const Status made = driver_.create(state_, options_);

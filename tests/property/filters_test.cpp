@@ -13,8 +13,10 @@
 #include <utility>
 
 #include "engine/collider.h"
+#include "engine/elementary/elementary_test.h"
 #include "engine/elementary/keep_distance.h"
 #include "tests/support/brute_force.h"
+#include "tests/support/commit_room_oracle.h"
 #include "tests/support/drawn_bodies.h"
 #include "tests/support/pair_rules.h"
 #include "tests/support/workers.h"
@@ -219,28 +221,35 @@ class Filtered : public DrawnBodies {
       any = true;
       earliest = std::min(earliest, contact.toi);
     };
-    if (below(3) == 0) {
-      question.keep_distance = 0.2;
-      const KeepDistance keep{*question.keep_distance, options_.min_separation};
-      const CertifiedOptions certified{.tolerance =
-                                           question.tier == Tier::kExact ? 0x1p-32 : options_.tolerance};
-      const std::vector<VertexMotion> vertices = testing::motion_between(x_, y);
-      testing::for_all_pairs(*scene_, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
-        Contact contact{kind, ContactStatus::kHit, a, b, 0};
-        const auto v = scene_->vertices_of(contact);
-        if (!may_meet(scene_->body_of_vertex()[v[0]], scene_->body_of_vertex()[v[3]])) return;
-        if (rules_->leave_out(contact)) return;
-        const Verdict verdict =
-            keep_distance_test(testing::features_of(*scene_, vertices, kind, a, b), keep, certified);
-        if (!verdict.contact) return;
-        contact.status = verdict.status;
-        contact.toi = verdict.toi;
-        take(contact);
-      });
-    } else {
-      const Result<StepResult> all = all_->trial(there, {.tier = question.tier});
-      for (const Contact& contact : counted(all.value().contacts)) take(contact);
-    }
+    if (below(3) == 0) question.keep_distance = 0.2;
+    const CertifiedOptions certified{.tolerance =
+                                         question.tier == Tier::kExact ? 0x1p-32 : options_.tolerance};
+    const std::vector<VertexMotion> vertices = testing::motion_between(x_, y);
+    testing::for_all_pairs(*scene_, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+      Contact contact{kind, ContactStatus::kHit, a, b, 0};
+      const bool of_points = kind == ContactKind::kVertexEdge || kind == ContactKind::kVertexVertex;
+      if (of_points && !question.keep_distance && options_.min_separation == 0) return;
+      const auto v = scene_->vertices_of(contact);
+      if (!may_meet(scene_->body_of_vertex()[v[0]], scene_->body_of_vertex()[v[3]])) return;
+      if (rules_->leave_out(contact)) return;
+      const FeatureVertices features = testing::features_of(*scene_, vertices, kind, a, b);
+      ElementaryCounts counts;
+      const auto test = [&](double separation) {
+        return question.keep_distance
+                   ? keep_distance_test(features, {*question.keep_distance, separation}, certified)
+                   : elementary_test(features,
+                                     {.tier = *question.tier,
+                                      .tolerance = options_.tolerance,
+                                      .min_separation = separation},
+                                     counts);
+      };
+      const double room = testing::room_of(kind, features, Rounding::kFloat64);
+      const Verdict verdict = testing::with_room(options_.min_separation, room, leave_out, test);
+      if (!verdict.contact) return;
+      contact.status = verdict.status;
+      contact.toi = verdict.toi;
+      take(contact);
+    });
     const Result<MaxStep> far = some_->max_step(there, leave_out, question);
     if (!far) RC_FAIL(far.error().message);
     RC_ASSERT(far.value().fraction == earliest);

@@ -28,6 +28,7 @@ struct AcceptedState {
   /// reference and pose. None if its positions were given.
   std::vector<std::optional<Pose>> pose;
   bool stepped = false;
+  Rounding rounding = Rounding::kFloat64;  ///< that max_step() leaves room for
   std::optional<StepOperation> trial;  ///< that may be committed
   /// Bodies that are drawn may move along screws: then no options of a session are of tier exact.
   bool may_turn = false;

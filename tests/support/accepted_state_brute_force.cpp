@@ -2,6 +2,7 @@
 // Brute force: each question answered by testing every pair of features, one by one.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "engine/elementary/candidate.h"
@@ -18,6 +19,7 @@
 #include "tests/support/accepted_state.h"
 #include "tests/support/accepted_state_parts.h"
 #include "tests/support/brute_force.h"
+#include "tests/support/commit_room_oracle.h"
 #include "tests/support/pair_rules.h"
 #include "tests/support/reduced_oracle.h"
 
@@ -59,8 +61,8 @@ double thickness_of(const Scene& made, const Contact& pair) {
   return thickness_of(made, all.first(of_a)) + thickness_of(made, all.subspan(of_a));
 }
 
-// All that `test`, of two features with their twists and how thick both are together, finds of the pairs that
-// the scene allows, one by one; in a question with this separation.
+// All that `test`, of two features with their twists, their numbers, and how thick both are together, finds
+// of the pairs that the scene allows, one by one; in a question with this separation.
 template <class Test>
 std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
                               std::span<const VertexMotion> vertices, const Twists& twists, double separation,
@@ -70,14 +72,14 @@ std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
   for_all_pairs(made, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
     if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
-    const double thickness = thickness_of(made, {kind, ContactStatus::kHit, a, b, 0});
+    const Contact pair{kind, ContactStatus::kHit, a, b, 0};
+    const double thickness = thickness_of(made, pair);
     const bool of_points = kind == ContactKind::kVertexEdge || kind == ContactKind::kVertexVertex;
     if (of_points && separation + thickness == 0) return;
     const FeatureVertices features = features_of(made, vertices, kind, a, b);
-    const Verdict verdict = test(turning_pair(made, twists, features, kind, a, b), thickness);
-    if (!verdict.contact) return;
+    const Verdict verdict = test(turning_pair(made, twists, features, kind, a, b), pair, thickness);
     const Contact contact{kind, verdict.status, a, b, verdict.toi};
-    if (!rules.leave_out(contact)) contacts.push_back(contact);
+    if (verdict.contact && !rules.leave_out(contact)) contacts.push_back(contact);
   });
   return contacts;
 }
@@ -112,6 +114,21 @@ Twists twists_of(const AcceptedState& state, const StepOperation& step) {
       twists[pose.body] = twist_between(state.pose[pose.body].value_or(Pose{}), pose.pose);
   }
   return twists;
+}
+
+// By body: how what poses of a step move is rounded.
+std::vector<PosedRounding> posed_by(const AcceptedState& state, const StepOperation& step) {
+  std::vector<PosedRounding> posed(state.scene.bodies.size() + 1);
+  for (const BodyPose& pose : step.poses) {
+    const Pose from = state.pose[pose.body].value_or(Pose{});
+    if (from == pose.pose) continue;
+    auto& [share, translation] = posed[pose.body];
+    const bool fine = state.scene.bodies[pose.body].screw && state.rounding == Rounding::kFloat64;
+    share = fine ? 0x1p-40 : share_of(state.rounding);
+    for (const std::size_t i : {3, 7, 11})
+      translation = std::max({translation, std::abs(from.matrix[i]), std::abs(pose.pose.matrix[i])});
+  }
+  return posed;
 }
 
 // By body: half-spaces on their way from where they are to where a step, if any, takes them.
@@ -176,10 +193,8 @@ void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion>
   }
 }
 
-ElementaryOptions elementary_options(const ColliderOptions& options, double thickness) {
-  return {.tier = options.tier,
-          .tolerance = options.tolerance,
-          .min_separation = options.min_separation + thickness};
+ElementaryOptions elementary_options(const ColliderOptions& options, double separation) {
+  return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = separation};
 }
 
 }  // namespace
@@ -210,39 +225,48 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   const bool candidates = options.report == Report::kCandidates;
   const CertifiedOptions kept{.tolerance = options.tier == Tier::kExact ? 0x1p-32 : options.tolerance};
   ElementaryCounts counts;
-  const auto keep_of = [&](double thickness) {
-    return KeepDistance{options.keep_distance.value_or(0), options.min_separation + thickness};
+  const auto keep_of = [&](double m) { return KeepDistance{options.keep_distance.value_or(0), m}; };
+  const std::vector<PosedRounding> posed = posed_by(*this, step);
+  const auto room = [&](const Contact& pair, const FeatureVertices& features) {
+    std::array<PosedRounding, 4> of_vertices;
+    const auto ids = made.vertices_of(pair);
+    for (std::size_t k = 0; k < 4; ++k) of_vertices[k] = posed[made.body_of_vertex()[ids[k]]];
+    return max_step ? room_of(pair.kind, features, rounding, of_vertices) : 0;
   };
-  std::vector<Contact> contacts = found_by(
-      scene, made, vertices, twists, options.keep_distance ? 1 : options.min_separation,
-      [&](const TurningPair& pair, double thickness) {
-        const FeatureVertices& features = pair.features;
-        if (pair.first != nullptr || pair.second != nullptr) {
-          const double separation = options.min_separation + thickness;
-          return options.keep_distance ? turning_keep_distance_test(pair, keep_of(thickness), kept)
-                 : candidates
-                     ? turning_candidate_test(pair, separation)
-                     : turning_test(pair, {.tolerance = options.tolerance, .min_separation = separation});
-        }
-        return options.keep_distance ? keep_distance_test(features, keep_of(thickness), kept)
-               : candidates          ? candidate_test(features, options.min_separation + thickness)
-                            : elementary_test(features, elementary_options(options, thickness), counts);
-      });
+  const auto test = [&](const TurningPair& pair, double separation) {
+    if (pair.first != nullptr || pair.second != nullptr) {
+      return options.keep_distance ? turning_keep_distance_test(pair, keep_of(separation), kept)
+             : candidates
+                 ? turning_candidate_test(pair, separation)
+                 : turning_test(pair, {.tolerance = options.tolerance, .min_separation = separation});
+    }
+    return options.keep_distance ? keep_distance_test(pair.features, keep_of(separation), kept)
+           : candidates          ? candidate_test(pair.features, separation)
+                        : elementary_test(pair.features, elementary_options(options, separation), counts);
+  };
+  std::vector<Contact> contacts =
+      found_by(scene, made, vertices, twists, options.keep_distance ? 1 : options.min_separation,
+               [&](const TurningPair& pair, const Contact& ids, double thickness) {
+                 return with_room(options.min_separation + thickness, room(ids, pair.features),
+                                  options.leave_out_overlaps,
+                                  [&](double separation) { return test(pair, separation); });
+               });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, &step);
   add_half_spaces(
       contacts, scene, made, vertices, half_spaces, twists,
       [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
           const Twist* twist) {
-        const ElementaryOptions elementary = elementary_options(options, thickness);
+        const double separation = options.min_separation + thickness;
+        const ElementaryOptions elementary = elementary_options(options, separation);
         if (twist != nullptr) {
           return options.keep_distance
-                     ? turning_half_space_keep_distance(vertex, *twist, half_space, keep_of(thickness),
+                     ? turning_half_space_keep_distance(vertex, *twist, half_space, keep_of(separation),
                                                         elementary, counts)
                  : candidates ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
                               : turning_half_space_test(vertex, *twist, half_space, elementary, counts);
         }
         return options.keep_distance
-                   ? half_space_keep_distance(vertex, half_space, keep_of(thickness), 1, counts)
+                   ? half_space_keep_distance(vertex, half_space, keep_of(separation), 1, counts)
                : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
                             : half_space_test(vertex, half_space, elementary, counts);
       });
@@ -276,16 +300,20 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
     return outcome;
   }
   ElementaryCounts counts;
-  std::vector<Contact> reported = found_by(
-      scene, made, vertices, {}, options.min_separation, [&](const TurningPair& pair, double thickness) {
-        return proximity_test(pair.features, options.instant, elementary_options(options, thickness), counts);
-      });
+  std::vector<Contact> reported =
+      found_by(scene, made, vertices, {}, options.min_separation,
+               [&](const TurningPair& pair, const Contact& /*ids*/, double thickness) {
+                 const double separation = options.min_separation + thickness;
+                 return proximity_test(pair.features, options.instant,
+                                       elementary_options(options, separation), counts);
+               });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, at_end ? &*trial : nullptr);
   add_half_spaces(reported, scene, made, vertices, half_spaces, {},
                   [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
                       const Twist* /*none turns at an instant*/) {
-                    return half_space_proximity(vertex, half_space, options.instant,
-                                                elementary_options(options, thickness), counts);
+                    return half_space_proximity(
+                        vertex, half_space, options.instant,
+                        elementary_options(options, options.min_separation + thickness), counts);
                   });
   Outcome outcome = answer_of(reported, scene, made, options);
   outcome.earliest_toi.reset();

@@ -193,7 +193,8 @@ Result<Answer> Lane::ask(Asked asked) {
 }
 
 void Lane::check(const Answer& answer, Asked asked) {
-  const AnswerDigest& expected = expected_->of(asked, tick_);
+  if (asked == Asked::kTrial || asked == Asked::kMaxStep) taken_ = asked;
+  const AnswerDigest& expected = expected_->of(asked == Asked::kCommit ? taken_ : asked, tick_);
   const bool whole = asked != Asked::kCommit && asked != Asked::kMaxStep;
   // Candidates begin earlier than anything touches.
   if (!whole && plan_.options.report == Report::kCandidates) return;

@@ -91,6 +91,7 @@ class Lane {
   std::optional<FrameModel> model_;
   Frame next_;                  // to tick_ + 1, ...
   std::uint64_t next_for_ = 0;  // ... if this is that; 0: it was not built
+  Asked taken_ = Asked::kTrial;  // what the next commit takes
   std::size_t asked_ = 0;       // questions since the session was created, or since one failed
   std::uint64_t resumes_ = 0;   // of session_, already counted
   std::optional<Recorder> recorder_;

@@ -40,6 +40,11 @@ Result<ExpectedAnswers> ExpectedAnswers::compute(const Playback& playback, const
     Status kept;
     if (mix.has(Asked::kProximity)) kept = keep(session.proximity(distance), expected.near_);
     if (kept && mix.has(Asked::kIntersections)) kept = keep(session.intersections(), expected.tangles_);
+    if (kept && mix.has(Asked::kMaxStep)) {
+      Result<MaxStep> far = session.max_step(Frame(playback.at(tick + 1)));
+      kept = keep(far ? Result<Answer>(std::move(far.value().answer)) : Result<Answer>(far.error()),
+                  expected.limits_);
+    }
     if (kept) kept = keep(session.step(Frame(playback.at(tick + 1))), expected.motions_);
     if (!kept) return kept.error();
     progress.update(tick + 1);

@@ -44,9 +44,10 @@ class ExpectedAnswers {
   static Result<ExpectedAnswers> compute(const Playback& playback, const ColliderOptions& options,
                                          const Mix& mix, double distance);
 
-  /// At `tick`. Of commits and max_steps: that of the motion which they are about.
+  /// At `tick`, of the motion to the next one where it is about one. Of max_steps the time alone.
   const AnswerDigest& of(Asked asked, std::uint64_t tick) const {
     const std::vector<AnswerDigest>& digests = asked == Asked::kProximity       ? near_
+                                               : asked == Asked::kMaxStep       ? limits_
                                                : asked == Asked::kIntersections ? tangles_
                                                                                 : motions_;
     return digests[tick % motions_.size()];
@@ -56,7 +57,8 @@ class ExpectedAnswers {
   ExpectedAnswers() = default;
   // By tick.
   std::vector<AnswerDigest> motions_;  // to the next tick
-  std::vector<AnswerDigest> near_;     // empty, like the next, where the mix does not ask
+  std::vector<AnswerDigest> limits_;   // empty, like the next two, where the mix does not ask
+  std::vector<AnswerDigest> near_;
   std::vector<AnswerDigest> tangles_;
 };
 

@@ -26,6 +26,7 @@ class EngineTarget final : public ReplayTarget {
       if (!asked) return asked.error();
       question = asked.value();
     }
+    question.rounding = rounding();
     const Result<WireFrame> frame = WireFrame::read(step.parts, float32_, collider_.scene());
     if (!frame) return frame.error();
     const Result<StepResult> result = collider_.ask(frame.value().frame(), question);
@@ -56,9 +57,9 @@ class EngineTarget final : public ReplayTarget {
   }
 
  private:
+  Rounding rounding() const { return float32_ ? Rounding::kFloat32 : Rounding::kFloat64; }
   Result<AnswerDigest> commit(double fraction) {
-    const Result<CommitResult> result =
-        collider_.commit(fraction, float32_ ? Rounding::kFloat32 : Rounding::kFloat64);
+    const Result<CommitResult> result = collider_.commit(fraction, rounding());
     if (!result) return result.error();
     ContactHash nothing;
     nothing.begin_step(0);

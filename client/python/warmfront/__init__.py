@@ -8,7 +8,7 @@
             contacts = session.step(V)      # on the linear motion from the last frame to this one
             use(contacts.kind, contacts.v, contacts.toi)
         session.trial(V)                    # what would it meet? How far may it go?
-        session.commit(0.9 * float(session.max_step(V, min_separation=1e-6)))    # more than a commit rounds: see `commit()`
+        session.commit(0.9 * float(session.max_step(V)))
 
 V0, V (n, 3) float32 or float64, F (m, 3) integers. `Collider` is a session in this process, `connect()` a client of a daemon
 with sessions, `open()` either. A session survives a daemon that dies: it is created again from what was answered last, with

@@ -117,6 +117,11 @@ class Questions(Asking):
         """How far may this motion go before anything touches, or comes within the separation, plus the thickness of both? A
         trial that tells the first contact alone; it may be committed as one.
 
+        Except in tier "fast", a vertex and a face, or two edges, must not come nearer either than a commit of part of the
+        motion may round them: 2**-22 (in a session of float64: 2**-48) of the largest coordinate of those of their vertices
+        that move. So no commit of as much or less takes anything through anything. What starts nearer counts as what touches
+        does; where that is left out, it is looked at without that room.
+
         leave_out_overlaps: what is not apart at the start does not count, only how much of it there is; else the answer is 0
         where there is any.
 
@@ -217,9 +222,8 @@ class Questions(Asking):
         """Moves the session along the last trial (or max_step), up to a fraction of its way in [0, 1]: to X + fraction * (Y -
         X) in float64, each operation rounded once, then rounded to the session's dtype, where X is where each vertex was, or
         number of a pose, and Y where the trial had it go; to Y itself for 1. A body of which the description says screw goes
-        along that, and stays rigid. Nothing is tested again, and no positions travel: where things come nearer to each other
-        than this rounds, it may take them through, and no later question tells. A min_separation of `max_step()` of at least
-        2**-22 of the largest coordinate of what moves in a session of float32, or 2**-48 in one of float64, rules that out.
+        along that, and stays rigid. Nothing is tested again, and no positions travel: what comes nearer to each other than
+        this rounds may be taken through, and no later question tells. `max_step()` leaves room for that, and a trial does not.
 
         InvalidArgumentError for another fraction. FailedPreconditionError without a trial since the last step, place, commit
         or change of the scene, where a later trial failed, and while answers are outstanding. timeout: as in `step()`.

@@ -7,15 +7,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cfenv>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/collider.h"
+#include "engine/elementary/query.h"
+#include "tests/support/commit_room_oracle.h"
 #include "tests/support/scenes.h"
 #include "tests/support/torture.h"
 #include "tests/support/workers.h"
@@ -51,6 +55,26 @@ Collider collider_of(const MovingPair& pair, const ColliderOptions& options) {
       .value();
 }
 
+// As max_step(), which leaves room for what a commit rounds.
+std::optional<PairContact> with_room(const MovingPair& pair, PairOptions options) {
+  std::array<VertexMotion, 4> vertices;
+  FeatureVertices features{pair.kind, {}};
+  for (std::size_t k = 0; k < 4; ++k) {
+    std::ranges::copy(pair.start[k], vertices[k].t0.begin());
+    std::ranges::copy(pair.end[k], vertices[k].t1.begin());
+    features.vertex[k] = &vertices[k];
+  }
+  std::optional<PairContact> contact = test_pair(pair, options).value();
+  const double room = testing::room_of(pair.kind, features, Rounding::kFloat64);
+  if (room <= options.min_separation) return contact;
+  const std::optional<PairContact> without = std::exchange(contact, std::nullopt);
+  options.min_separation = room;
+  contact = test_pair(pair, options).value();
+  if (contact && contact->status != ContactStatus::kOverlapAtStart && without)
+    contact->status = without->status;
+  return contact;
+}
+
 std::optional<PairContact> by_collider(const MovingPair& pair, const PairOptions& options) {
   Collider collider = collider_of(
       pair, {.tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation});
@@ -83,7 +107,8 @@ TEST(PairTest, AnswersAsACollider) {
                                            {.keep_distance = 0.2}}) {
           const auto answer = test_pair(pair, options);
           ASSERT_TRUE(answer.ok()) << answer.error().message;
-          EXPECT_EQ(answer.value(), by_collider(pair, options))
+          EXPECT_EQ(options.keep_distance > 0 ? with_room(pair, options) : answer.value(),
+                    by_collider(pair, options))
               << family.name << ", tier " << to_string(options.tier) << ", separation "
               << options.min_separation << ", keep_distance " << options.keep_distance << "\n"
               << testing::to_text(query);

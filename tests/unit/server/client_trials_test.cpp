@@ -70,9 +70,9 @@ class ClientTrials : public ::testing::Test {
     EXPECT_EQ(commit.value().possible, expected.possible);
     EXPECT_EQ(commit.value().earliest_toi, expected.earliest_toi);
   }
-  CommitResult commit_here(double fraction) {
-    return collider_->commit(fraction, kSingle ? Rounding::kFloat32 : Rounding::kFloat64).value();
-  }
+  static constexpr Rounding kRounding = kSingle ? Rounding::kFloat32 : Rounding::kFloat64;
+  CommitResult commit_here(double fraction) { return collider_->commit(fraction, kRounding).value(); }
+  MaxStep max_step_here(View to) { return collider_->max_step(to, false, {}, nullptr, kRounding).value(); }
   /// The rigid grid by a pose, which goes on turning, and every other vertex of the other one.
   struct Moves {
     std::vector<std::uint32_t> vertices;
@@ -142,7 +142,7 @@ TYPED_TEST(ClientTrials, ACommitFollowsItsTrialToAnotherDaemon) {
     this->board_.lead_to(k % 2 == 0 ? this->a_.address() : this->b_.address());
     this->expect_same(this->session_->commit(0.8), this->commit_here(0.8));
     const auto stepped = this->session_->max_step(View(other));
-    const MaxStep expected = this->collider_->max_step(View(other)).value();
+    const MaxStep expected = this->max_step_here(View(other));
     ASSERT_TRUE(stepped.ok()) << stepped.error().message;
     EXPECT_EQ(stepped.value().fraction, expected.fraction);
     EXPECT_EQ(stepped.value().overlaps_at_start, expected.overlaps_at_start);

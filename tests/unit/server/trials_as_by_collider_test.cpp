@@ -81,9 +81,8 @@ class TrialsOf : public TrialsTest {
     EXPECT_EQ(summary.has_earliest_toi(), expected.earliest_toi.has_value());
     EXPECT_EQ(summary.earliest_toi(), expected.earliest_toi.value_or(0));
   }
-  CommitResult commit(double fraction) {
-    return collider_->commit(fraction, kSingle ? Rounding::kFloat32 : Rounding::kFloat64).value();
-  }
+  static constexpr Rounding kRounding = kSingle ? Rounding::kFloat32 : Rounding::kFloat64;
+  CommitResult commit(double fraction) { return collider_->commit(fraction, kRounding).value(); }
 
   Context context_;
   std::shared_ptr<const Scene> scene_;
@@ -118,8 +117,10 @@ TYPED_TEST(TrialsOf, AreAnsweredInOrderWithStepsAndCommitsAsByACollider) {
   const auto expect = [&](QuestionKind kind, std::uint64_t to) {
     const std::vector<double> at = this->grids_.positions(to);
     const std::vector<TypeParam> positions(at.begin(), at.end());
-    this->expect_answer(
-        this->collider_->ask(std::span<const TypeParam>(positions), Question{.kind = kind}).value());
+    this->expect_answer(this->collider_
+                            ->ask(std::span<const TypeParam>(positions),
+                                  Question{.kind = kind, .rounding = TestFixture::kRounding})
+                            .value());
   };
   expect(QuestionKind::kTrial, 1);
   expect(QuestionKind::kTrial, 3);

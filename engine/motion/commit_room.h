@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far apart features must stay along a motion, so that a commit of part of it takes none through another
+// by its roundings. Written before a question by one thread, read by all during it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/motion/arcs.h"
+#include "engine/motion/motion.h"
+#include "engine/motion/scene_motion.h"
+#include "engine/options.h"
+#include "engine/stop.h"
+
+namespace warmfront {
+
+/// A commit of part of the way puts a vertex beside its path by less than 2^-49 (float32: 2^-23) of m, its
+/// largest coordinate at either end, and leaves one that rests where it is (part_way.h). So two features that
+/// are 2^-48 (2^-22) m apart, m being the largest of those of their vertices that move, are apart after it,
+/// and so are they on every line from there to where the commit leaves them.
+///
+/// Of a part that moves from pose to pose m is 2 m + 3 t, t being the largest coordinate of the translations
+/// of both poses. The rounding of a row of its matrix counts for a reference shape's distance from its origin
+/// at most; this is the distance of a vertex from the translation at the end, whose matrix is a rotation, and
+/// so at most 2 (m + t). Along a screw in double it is 2^-40 of that: sums of a few terms that are ten times
+/// as large, of which two have shares that are within 2^-49 (screw.h).
+class CommitRoom {
+ public:
+  /// For commits that round so of the motion that was begun. Throws Stopped when told to stop; none is asked
+  /// for then.
+  void take(Rounding rounding, const SceneMotion& motion, const Arcs& arcs,
+            std::span<const std::uint32_t> body_of_vertex, StopSignal stop);
+  void forget() noexcept { share_ = 0; }
+
+  /// Is any asked for?
+  bool any() const { return share_ > 0; }
+  /// What two features with these vertices, in new numbers, must be apart by: 0 where all of them rest.
+  double of(std::span<const std::uint32_t> vertices, std::span<const VertexMotion> motions) const;
+  /// At least of() of any.
+  double most() const { return any() ? most_ : 0; }
+
+  std::size_t memory_bytes() const { return posed_.capacity() * sizeof posed_[0]; }
+
+ private:
+  struct Posed {
+    double share = 0;  // 0: it does not move from pose to pose
+    double translation = 0;
+
+    double of(double size) const { return share * 3 * translation + share * 2 * size; }
+  };
+
+  double share_ = 0;
+  double most_ = 0;
+  std::vector<Posed> posed_;  // by part; empty where none is
+  std::span<const std::uint32_t> body_of_vertex_;
+};
+
+}  // namespace warmfront
