@@ -60,11 +60,12 @@ class Collider {
   /// that touch or are within the separation at the start are ignored and counted. With
   /// QuestionOptions::keep_distance, before which no pair comes nearer than that share of its own distance.
   ///
-  /// Except in tier fast there is room for what commit() rounds: before it no vertex and face, and no two
-  /// edges, come nearer to each other than a commit() of any part of the motion that rounds so may take them
-  /// (CommitRoom): 2^-48 (float32: 2^-22) of the largest coordinate of those of their vertices that move. So
-  /// a commit of as much or less takes nothing through anything. What starts nearer is at 0, and counted,
-  /// like what touches; with `leave_out_overlaps` it is tested without that room.
+  /// Except in tier fast there is room for what commit() rounds, which is less than r, 2^-48 (float32: 2^-22)
+  /// of the largest coordinate, at either end, of those of a pair's vertices that move (CommitRoom): a vertex
+  /// and a face or a half-space, or two edges, are in contact when they come within 4 r, and where they start
+  /// within that, when they come within r. So a commit of as much or less takes nothing through anything, and
+  /// leaves it free to go on. What starts within r is at 0, and counted, like what touches; with
+  /// `leave_out_overlaps` it is counted, tested without room, and may be taken through.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr,
                            Rounding rounding = Rounding::kFloat64);

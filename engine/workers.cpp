@@ -140,15 +140,26 @@ void Workers::rouse() noexcept try {
 } catch (const std::exception&) {  // no memory: they are woken up by the work
 }
 
+// An arena is its thread's own, so that its tasks are those of the work in hand, and whoever waits may take
+// any of them: also what fork_within() shares out, which who is isolated may not. Only work within other work
+// must not run tasks of that within its waits: these may use thread-local state.
 void Workers::run(const std::function<void()>& work) {
+  thread_local int running = 0;
+  struct Inside {
+    Inside() { ++running; }
+    ~Inside() { --running; }
+  };
   // Another thread of the arena may run the work. oneTBB orders it before the return; the flag states this in
   // a form that the thread sanitizer can see.
   std::atomic<bool> done{false};
   own_arena(threads()).arena.execute([&] {
     const DefaultEnvironment environment;
-    // Tasks of another collider in the same arena must not run inside a wait of this one: it may use
-    // thread-local state.
-    tbb::this_task_arena::isolate([&work] { work(); });
+    const bool within = running > 0;
+    const Inside inside;
+    if (within)
+      tbb::this_task_arena::isolate([&work] { work(); });
+    else
+      work();
     done.store(true, std::memory_order_release);
   });
   static_cast<void>(done.load(std::memory_order_acquire));

@@ -248,9 +248,10 @@ WF_API wf_code wf_step(wf_session*, const wf_frame*, const wf_question*, wf_answ
 /* The same, and everything stays where it is. */
 WF_API wf_code wf_trial(wf_session*, const wf_frame*, const wf_question*, wf_answer*, size_t answer_size);
 /* How far may it go before anything touches? In [0, 1]; a trial, which may be committed. The answer has what
- * comes first. Except in tier fast, features stay farther apart before that than a commit rounds: 2^-48 of
- * the largest coordinate of those of their vertices that move (WF_FLOAT32: 2^-22). What starts nearer counts
- * as what touches does. */
+ * comes first. Except in tier fast it leaves room for what a commit rounds, which is less than r, 2^-48 of
+ * the largest coordinate, at either end, of those of a pair's vertices that move (WF_FLOAT32: 2^-22):
+ * features stop at 4 r, or, where they start within that, at r. What starts within r counts as what touches
+ * does. */
 WF_API wf_code wf_max_step(wf_session*, const wf_frame*, const wf_question*, double* fraction, wf_answer*,
                            size_t answer_size);
 /* Goes to a fraction in [0, 1] of the last trial or wf_max_step(). WF_FAILED_PRECONDITION where there is

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 
 #include "engine/parallel/stoppable_loops.h"
@@ -13,13 +14,20 @@ namespace {
 
 constexpr double kMost = std::numeric_limits<double>::max();
 
+double size_of(const VertexMotion& vertex) {
+  double size = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    size = std::max({size, std::fabs(vertex.t0[axis]), std::fabs(vertex.t1[axis])});
+  return size;
+}
+
 double translation_of(const Pose& pose) {
   return std::max({std::fabs(pose.matrix[3]), std::fabs(pose.matrix[7]), std::fabs(pose.matrix[11])});
 }
 
 }  // namespace
 
-void CommitRoom::take(Rounding rounding, const SceneMotion& motion, const Arcs& arcs,
+void CommitRoom::take(Rounding rounding, const SceneMotion& motion, const CollisionModel& model,
                       std::span<const std::uint32_t> body_of_vertex, StopSignal stop) {
   const bool single = rounding == Rounding::kFloat32;
   forget();
@@ -27,40 +35,58 @@ void CommitRoom::take(Rounding rounding, const SceneMotion& motion, const Arcs& 
   body_of_vertex_ = body_of_vertex;
   const double share = single ? 0x1p-22 : 0x1p-48;
   const LocalTransform& frame = motion.vertices().frame();
-  double size = 0;  // of every coordinate
-  for (const double x : frame.origin) size = std::max(size, std::fabs(x));
-  size = std::min(size + frame.to_scene(motion.vertices().magnitude()), kMost);
-  double most = share * size;
+  double origin = 0;
+  for (const double x : frame.origin) origin = std::max(origin, std::fabs(x));
+  double most = 0;
   PacedStop paced(stop);
   for (PartId p{0}; p < motion.end_part(); ++p) {
     paced.check();
-    if (!motion.turns(p)) continue;
+    const bool turns = motion.turns(p);
+    if (!turns && (motion.state(p) & kMoving) == 0) continue;
+    const double size = std::min(origin + frame.to_scene(motion.reach(p)), kMost);
+    most = std::max(most, share * size);
+    if (!turns) continue;
     if (posed_.empty()) lengthen(posed_, motion.part_count(), Posed{}, stop);
     const auto [start, end] = motion.poses(p);
     Posed& posed = posed_[number_of(p)];
-    posed.share = single || arcs.of_part(p) == nullptr ? share : 0x1p-40;
+    posed.share = single ? share : std::ranges::binary_search(model.screws(), p) ? 0x1p-40 : 0x1p-46;
     posed.translation = std::max(translation_of(start), translation_of(end));
     most = std::max(most, posed.of(size));
   }
-  most_ = most * (1 + 0x1p-40);
+  double most_of_half_space = 0;  // beside the vertex's own
+  const double all = std::min(origin + frame.to_scene(motion.vertices().magnitude()), kMost);
+  for (const CollisionModel::HalfSpaceOf& half_space : model.half_spaces()) {
+    paced.check();
+    if (posed_.empty() || posed_[number_of(half_space.part)].share == 0) continue;
+    const Posed& posed = posed_[number_of(half_space.part)];
+    double point = posed.translation;
+    for (const double x : half_space.at_rest.point) point += std::fabs(x);
+    most_of_half_space = std::max(most_of_half_space,
+                                  posed.of(std::min(all, kMost / 8)) + posed.of(std::min(point, kMost / 8)));
+  }
+  least_ = single ? 0x1p-148 : 0x1p-1070;
+  most_ = (most + most_of_half_space) * (1 + 0x1p-40) + 2 * least_;
   share_ = share;
 }
 
 double CommitRoom::of(std::span<const std::uint32_t> vertices, std::span<const VertexMotion> motions) const {
   double most = 0;
-  for (const std::uint32_t v : vertices) {
-    const VertexMotion& vertex = motions[v];
-    double size = 0;
-    bool rests = true;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      size = std::max({size, std::fabs(vertex.t0[axis]), std::fabs(vertex.t1[axis])});
-      rests &= vertex.t0[axis] == vertex.t1[axis];
-    }
-    if (rests) continue;
-    const bool posed = !posed_.empty() && posed_[body_of_vertex_[v]].share > 0;
-    most = std::max(most, posed ? posed_[body_of_vertex_[v]].of(size) : share_ * size);
-  }
+  for (const std::uint32_t v : vertices) most = std::max(most, of(v, motions[v]));
   return most;
+}
+
+double CommitRoom::of(std::uint32_t vertex, const VertexMotion& motion, std::uint32_t body,
+                      double farthest) const {
+  const double own = of(vertex, motion);
+  if (posed_.empty() || posed_[body].share == 0) return own;
+  return own + (posed_[body].of(size_of(motion)) + posed_[body].of(farthest) + least_);
+}
+
+double CommitRoom::of(std::uint32_t vertex, const VertexMotion& motion) const {
+  if (!posed_.empty() && posed_[body_of_vertex_[vertex]].share > 0)
+    return posed_[body_of_vertex_[vertex]].of(size_of(motion)) + least_;
+  const bool rests = std::memcmp(motion.t0.data(), motion.t1.data(), 3 * sizeof(double)) == 0;
+  return rests ? 0 : share_ * size_of(motion) + least_;
 }
 
 }  // namespace warmfront

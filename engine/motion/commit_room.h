@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "engine/motion/arcs.h"
 #include "engine/motion/motion.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
+#include "engine/scene/collision_model.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -19,25 +19,38 @@ namespace warmfront {
 /// A commit of part of the way puts a vertex beside its path by less than 2^-49 (float32: 2^-23) of m, its
 /// largest coordinate at either end, and leaves one that rests where it is (part_way.h). So two features that
 /// are 2^-48 (2^-22) m apart, m being the largest of those of their vertices that move, are apart after it,
-/// and so are they on every line from there to where the commit leaves them.
+/// and so are they on every line from there to where the commit leaves them. Beside that is what underflows.
 ///
-/// Of a part that moves from pose to pose m is 2 m + 3 t, t being the largest coordinate of the translations
-/// of both poses. The rounding of a row of its matrix counts for a reference shape's distance from its origin
-/// at most; this is the distance of a vertex from the translation at the end, whose matrix is a rotation, and
-/// so at most 2 (m + t). Along a screw in double it is 2^-40 of that: sums of a few terms that are ten times
-/// as large, of which two have shares that are within 2^-49 (screw.h).
+/// All vertices of a part that goes from pose to pose move, also where both ends are the same, and m is
+/// 2 m + 3 t there, t being the largest coordinate of the translations of both poses: the rounding of a row
+/// of its matrix counts for the reference shape's distance from its origin at most, which is the distance of
+/// a vertex from the translation at the end, whose matrix is a rotation, and so at most 2 (m + t). In double,
+/// where a row's roundings are of the larger of both ends' numbers, and placing rounds as much, it is 2^-46
+/// of that; along a screw 2^-40: sums of a few terms that are ten times as large, of which two have shares
+/// that are within 2^-49 (screw.h).
+///
+/// A half-space that goes from pose to pose turns by its matrix's rounding, which counts for the distance
+/// from its point to the vertex: at most twice the largest coordinates of both together.
+///
+/// A pair that starts farther apart than kAway times that is stopped there: so it is not within what counts
+/// as touching when a commit has taken it there, and may go on.
 class CommitRoom {
  public:
+  static constexpr double kAway = 4;
+
   /// For commits that round so of the motion that was begun. Throws Stopped when told to stop; none is asked
   /// for then.
-  void take(Rounding rounding, const SceneMotion& motion, const Arcs& arcs,
+  void take(Rounding rounding, const SceneMotion& motion, const CollisionModel& model,
             std::span<const std::uint32_t> body_of_vertex, StopSignal stop);
   void forget() noexcept { share_ = 0; }
 
   /// Is any asked for?
   bool any() const { return share_ > 0; }
-  /// What two features with these vertices, in new numbers, must be apart by: 0 where all of them rest.
+  /// What two features with these vertices, in new numbers, must be apart by: 0 where all of them rest and
+  /// none is of a part that goes from pose to pose.
   double of(std::span<const std::uint32_t> vertices, std::span<const VertexMotion> motions) const;
+  /// The same of a vertex and a half-space, a body, of whose point no coordinate is larger than `farthest`.
+  double of(std::uint32_t vertex, const VertexMotion& motion, std::uint32_t body, double farthest) const;
   /// At least of() of any.
   double most() const { return any() ? most_ : 0; }
 
@@ -51,7 +64,10 @@ class CommitRoom {
     double of(double size) const { return share * 3 * translation + share * 2 * size; }
   };
 
+  double of(std::uint32_t vertex, const VertexMotion& motion) const;
+
   double share_ = 0;
+  double least_ = 0;  // what underflows
   double most_ = 0;
   std::vector<Posed> posed_;  // by part; empty where none is
   std::span<const std::uint32_t> body_of_vertex_;

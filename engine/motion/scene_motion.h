@@ -3,6 +3,7 @@
 // between steps by one thread, read by all during a step.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -152,6 +153,12 @@ class SceneMotion {
     Pose end;
   };
   Poses poses(PartId part) const;
+  /// No local coordinate of the part is larger in magnitude at either end of the step, and none was where it
+  /// begins if that is part of the way along an arc, which may lead half a chord beyond both of its ends.
+  double reach(PartId part) const {
+    const Part& of = parts_[number_of(part)];
+    return std::max(of.reach_at_start, of.range.reach) * (of.rigid() ? 4 : 1);
+  }
   /// Does the part move from one pose to another?
   bool turns(PartId part) const { return turns(parts_[number_of(part)]); }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <utility>
 
 #include "engine/elementary/candidate.h"
@@ -18,6 +19,18 @@
 #include "engine/narrow_phase/separation_filter.h"
 
 namespace warmfront {
+namespace {
+
+// The largest coordinate of a half-space's point at either end.
+double farthest(const HalfSpaceMotion& half_space) {
+  double most = 0;
+  for (const auto& point : half_space.point) {
+    for (const double x : point) most = std::max(most, std::fabs(x));
+  }
+  return most;
+}
+
+}  // namespace
 
 FeatureVertices PairTester::features_of(const FeaturePair& pair) const {
   FeatureVertices features{tested_as(pair.kind), {}};
@@ -45,10 +58,12 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
   ElementaryOptions elementary = elementary_options();
   elementary.min_separation = separated(asked());
   if (options.report == Report::kEarliest)
-    elementary.latest = shared_->earliest.of(world_of_bodies(v, body));
+    elementary.latest = std::min(1.0, shared_->earliest.of(world_of_bodies(v, body)));
   ElementaryCounts counts;
   Verdict verdict;
   const Twist* twist = input_->arcs.around(v);
+  const double share = input_->keep.share;
+  const double room = input_->room != nullptr ? input_->room->of(v, vertex, body, farthest(half_space)) : 0;
   if (options.pair_test == PairTest::kProximity) {
     verdict = half_space_proximity(vertex, half_space, options.instant, elementary, counts);
     if (verdict.contact && options.report == Report::kVertexDistances)
@@ -57,15 +72,22 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
   } else if (options.report == Report::kCandidates) {
     verdict = twist != nullptr ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
                                : half_space_candidate(vertex, half_space, elementary, counts);
-  } else if (input_->keep.share > 0) {
-    const KeepDistance keep{input_->keep.share, separated(input_->keep.beyond)};
-    verdict = twist != nullptr
-                  ? turning_half_space_keep_distance(vertex, *twist, half_space, keep, elementary, counts)
-                  : half_space_keep_distance(vertex, half_space, keep, elementary.latest, counts);
-  } else if (twist != nullptr) {
-    verdict = turning_half_space_test(vertex, *twist, half_space, elementary, counts);
+  } else if (share > 0) {
+    verdict =
+        with_room(room, separated(input_->keep.beyond), elementary.latest, [&](double own, double latest) {
+          elementary.latest = latest;
+          return twist != nullptr
+                     ? turning_half_space_keep_distance(vertex, *twist, half_space, {share, own}, elementary,
+                                                        counts)
+                     : half_space_keep_distance(vertex, half_space, {share, own}, latest, counts);
+        });
   } else {
-    verdict = half_space_test(vertex, half_space, elementary, counts);
+    verdict = with_room(room, elementary.min_separation, elementary.latest, [&](double own, double latest) {
+      elementary.min_separation = own;
+      elementary.latest = latest;
+      return twist != nullptr ? turning_half_space_test(vertex, *twist, half_space, elementary, counts)
+                              : half_space_test(vertex, half_space, elementary, counts);
+    });
   }
   ++output_.counts.elementary_tests;
   output_.counts.exact_tests += counts.exact_tests;
@@ -118,7 +140,7 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   const bool separated = options.min_separation > 0 || input_->thickness.any();
   if (separated) {
     for (std::size_t i = 0; i < pairs.size(); ++i)
-      separations[i] = std::max(separation(pairs[i]), room_of(pairs[i]));
+      separations[i] = std::max(separation(pairs[i]), CommitRoom::kAway * room_of(pairs[i]));
   }
   std::size_t count = coplanarity_filter(
       pairs, input_->vertices, {separations.data(), separated ? pairs.size() : 0}, survivors.data());

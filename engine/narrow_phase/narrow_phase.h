@@ -60,7 +60,8 @@ struct NarrowPhaseInput {
   /// nearer. Written by all threads, each number atomically.
   std::span<double> vertex_distances = {};
   bool half_spaces = false;  ///< are there any?
-  /// Where it is asked for, a vertex and a face, or two edges, are in contact when they come as near as that.
+  /// Where it is asked for, a vertex and a face, or two edges, are in contact when they come as near as that,
+  /// or as kAway times that where they start beyond.
   const CommitRoom* room = nullptr;
 
   /// Pairs and kept contacts that are noted, by each thread and in all; where there are more, test_met() does

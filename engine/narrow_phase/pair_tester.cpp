@@ -84,7 +84,8 @@ void PairTester::primitive_pair(Primitive p, Primitive q, std::uint32_t near) {
 }
 
 bool PairTester::knows_distances() const {
-  return asked() > 0 || input_->keep.share > 0 || input_->thickness.any();
+  // Also for who asks about part of the way afterwards: up to the widest separation all that meets is noted.
+  return input_->options.min_separation > 0 || input_->keep.share > 0 || input_->thickness.any();
 }
 
 void PairTester::point_pair(Primitive p, Primitive q) {

@@ -174,23 +174,36 @@ class PairTester {
   // Of the pair, in a question with this separation for all, without room for roundings.
   double separation(const FeaturePair& pair, double asked) const;
   double separation(const FeaturePair& pair) const { return separation(pair, asked()); }
+  static bool overlaps_at_start(const Verdict& verdict) {
+    return verdict.contact && verdict.status == ContactStatus::kOverlapAtStart;
+  }
   // What a commit may round the pair by; 0 where no room is asked for it.
   double room_of(const FeaturePair& pair) const;
-  // By a test of the pair that is given a separation, and until when contacts are needed: the separation
-  // `without` room, or the room where that is more. What starts within the latter alone is no overlap to
-  // leave out, and is tested by the former; of what it is in contact by both, the former says how surely.
+  // By a test of a pair that is given a separation, and until when contacts are needed: the separation
+  // `without` room, or kAway times the room where that is more. What starts within the latter may come as
+  // near as the room; what starts within that is counted, and where overlaps are left out, tested without.
+  // Where that finds a contact, it tells how surely it is one.
   template <class Test>
-  Verdict with_room(const FeaturePair& pair, double without, Test&& test) const {
-    const double latest = asks_for_earliest() ? std::min(1.0, earliest_around(pair)) : 1;
-    const double room = room_of(pair);
-    Verdict verdict = test(std::max(without, room), latest);
-    if (!(room > without) || !verdict.contact) return verdict;
-    if (verdict.status != ContactStatus::kOverlapAtStart) {
-      if (const Verdict surely = test(without, 1.0); surely.contact) verdict.status = surely.status;
-    } else if (input_->options.leave_out_overlaps) {
-      verdict = test(without, latest);
+  Verdict with_room(double room, double without, double latest, Test&& test) {
+    Verdict verdict = test(std::max(without, CommitRoom::kAway * room), latest);
+    if (!(CommitRoom::kAway * room > without) || !verdict.contact) return verdict;
+    if (overlaps_at_start(verdict)) verdict = test(std::max(without, room), latest);
+    if (overlaps_at_start(verdict)) {
+      if (!(room > without) || !input_->options.leave_out_overlaps) return verdict;
+      const Verdict only = test(without, latest);
+      if (!overlaps_at_start(only)) ++output_.overlaps;
+      return only;
     }
+    if (!verdict.contact) return verdict;
+    // By its roundings the narrower one may know less surely of a start that is apart.
+    const Verdict surely = test(without, 1.0);
+    if (surely.contact && !overlaps_at_start(surely)) verdict.status = surely.status;
     return verdict;
+  }
+  template <class Test>
+  Verdict with_room(const FeaturePair& pair, double without, Test&& test) {
+    const double latest = asks_for_earliest() ? std::min(1.0, earliest_around(pair)) : 1;
+    return with_room(room_of(pair), without, latest, test);
   }
   void push(const FeaturePair& pair);
   // The same of a pair that no excluded vertices leave out.

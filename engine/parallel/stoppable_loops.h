@@ -90,6 +90,17 @@ void reserve(std::vector<T, Allocator>& list, std::size_t size, StopSignal stop)
   list = std::move(roomier);
 }
 
+/// Sorts a list on this thread. Throws Stopped when told to stop; the list then holds the same elements in
+/// unspecified order.
+template <class List, class Less>
+void sort_stoppably(List& list, StopSignal stop, Less&& less) {
+  PacedStop paced(stop, 256);
+  std::ranges::sort(list, [&](const auto& x, const auto& y) {
+    paced.check();
+    return less(x, y);
+  });
+}
+
 /// Sorts a list in parallel. Throws Stopped when told to stop; the list then holds the same elements in
 /// unspecified order.
 template <class List, class Less>

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -55,10 +56,7 @@ std::vector<Edge> by_what_they_have(std::span<const std::uint32_t> came, StopSig
     paced.check();
     for (const std::uint32_t row : has(f)) rows.push_back({row, f});
   }
-  std::ranges::sort(rows, [&](const Edge& x, const Edge& y) {
-    paced.check();
-    return x < y;
-  });
+  sort_stoppably(rows, stop, std::less<>());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   return rows;
 }

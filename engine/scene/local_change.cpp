@@ -2,6 +2,7 @@
 #include "engine/scene/local_change.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "engine/parallel/stoppable_loops.h"
@@ -123,10 +124,7 @@ class EdgesOf {
     const auto by_ends = [](const Side& side) { return key_of(side.ends); };
     PacedStop paced(stop_, 256);
     if (!std::ranges::is_sorted(sides_, {}, by_ends)) {
-      std::ranges::sort(sides_, [&](const Side& x, const Side& y) {
-        paced.check();
-        return by_ends(x) < by_ends(y);
-      });
+      sort_stoppably(sides_, stop_, [&](const Side& x, const Side& y) { return by_ends(x) < by_ends(y); });
     }
     for (std::size_t i = 0; i < sides_.size();) {
       Side all = sides_[i];
@@ -235,11 +233,7 @@ void list_both_ways(std::span<const Run> runs, std::vector<Number>& of, std::vec
 }
 
 void sort_once_each(std::vector<std::uint32_t>& numbers, StopSignal stop) {
-  PacedStop paced(stop, 256);
-  std::ranges::sort(numbers, [&](std::uint32_t x, std::uint32_t y) {
-    paced.check();
-    return x < y;
-  });
+  sort_stoppably(numbers, stop, std::less<>());
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 

@@ -22,7 +22,7 @@ NarrowPhaseOutput PipelineWith<Bounds>::run(Core& core, SceneMotion::Step& motio
   kind_ == Kind::kAgain ? motion.begin_again() : motion.begin(frame, stop);
   core.arcs.take(core.model.screws(), core.topology->scene.body_of_vertex(), core.motion, stop);
   if (core.options.room_for)
-    core.room.take(*core.options.room_for, core.motion, core.arcs, core.topology->scene.body_of_vertex(),
+    core.room.take(*core.options.room_for, core.motion, core.model, core.topology->scene.body_of_vertex(),
                    stop);
   else
     core.room.forget();

@@ -12,7 +12,7 @@ namespace warmfront {
 double widest_separation(const Core& core, StopSignal stop) {
   constexpr double kMost = std::numeric_limits<double>::max();
   KeepDistance keep = core.keep;
-  if (const double room = core.room.most(); room > keep.beyond)
+  if (const double room = CommitRoom::kAway * core.room.most(); room > keep.beyond)
     keep.beyond = std::min(std::exp2(std::ceil(std::log2(room))), kMost);
   if (keep.share == 0) return keep.beyond;
   const double longest = longest_way(core.motion, core.arcs, stop);

@@ -106,61 +106,16 @@ std::vector<Contact> meeting_edges_and_faces(const SceneDescription& scene, cons
   return meeting;
 }
 
-// By body: what poses of a step turn along screws.
-Twists twists_of(const AcceptedState& state, const StepOperation& step) {
-  Twists twists(state.scene.bodies.size());
-  for (const BodyPose& pose : step.poses) {
-    if (state.scene.bodies[pose.body].screw)
-      twists[pose.body] = twist_between(state.pose[pose.body].value_or(Pose{}), pose.pose);
-  }
-  return twists;
-}
-
-// By body: how what poses of a step move is rounded.
-std::vector<PosedRounding> posed_by(const AcceptedState& state, const StepOperation& step) {
-  std::vector<PosedRounding> posed(state.scene.bodies.size() + 1);
-  for (const BodyPose& pose : step.poses) {
-    const Pose from = state.pose[pose.body].value_or(Pose{});
-    if (from == pose.pose) continue;
-    auto& [share, translation] = posed[pose.body];
-    const bool fine = state.scene.bodies[pose.body].screw && state.rounding == Rounding::kFloat64;
-    share = fine ? 0x1p-40 : share_of(state.rounding);
-    for (const std::size_t i : {3, 7, 11})
-      translation = std::max({translation, std::abs(from.matrix[i]), std::abs(pose.pose.matrix[i])});
-  }
-  return posed;
-}
-
-// By body: half-spaces on their way from where they are to where a step, if any, takes them.
-std::vector<HalfSpaceMotion> half_spaces_of(const AcceptedState& state, const StepOperation* step) {
-  std::vector<HalfSpaceMotion> all(state.scene.bodies.size());
-  for (std::uint32_t b = 0; b < all.size(); ++b) {
-    const std::optional<HalfSpace>& at_rest = state.scene.bodies[b].half_space;
-    if (!at_rest) continue;
-    std::array<Pose, 2> poses;
-    poses.fill(state.pose[b].value_or(Pose{}));
-    for (const BodyPose& pose : step != nullptr ? step->poses : std::vector<BodyPose>()) {
-      if (pose.body == b) poses[1] = pose.pose;
-    }
-    for (std::size_t end = 0; end < 2; ++end) {
-      all[b].point[end] = poses[end].place(at_rest->point.data());
-      for (const int shift : {3, 7, 11}) poses[end].matrix[static_cast<std::size_t>(shift)] = 0;
-      all[b].normal[end] = poses[end].place(at_rest->normal.data());
-    }
-  }
-  return all;
-}
-
-// All that `test`, of a vertex, a half-space, and how thick both are together, finds, after `contacts`.
+// All that `test`, of a vertex, a half-space, how thick both are together, and the vertex's twist, finds,
+// after `contacts`.
 template <class Test>
 void add_half_spaces(std::vector<Contact>& contacts, const SceneDescription& scene, const Scene& made,
-                     std::span<const VertexMotion> vertices, std::span<const HalfSpaceMotion> half_spaces,
                      const Twists& twists, Test&& test) {
   for (std::uint32_t v = 0; v < made.vertex_count(); ++v) {
     for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
       if (!scene.bodies[b].half_space || !may_meet(scene, made.body_of_vertex()[v], b)) continue;
       const double thickness = made.thickness_of(v) + scene.bodies[b].thickness;
-      const Verdict verdict = test(vertices[v], half_spaces[b], thickness, twist_around(twists, made, v));
+      const Verdict verdict = test(v, b, thickness, twist_around(twists, made, v));
       if (verdict.contact)
         contacts.push_back({ContactKind::kVertexHalfSpace, verdict.status, v, b, verdict.toi});
     }
@@ -227,10 +182,13 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   ElementaryCounts counts;
   const auto keep_of = [&](double m) { return KeepDistance{options.keep_distance.value_or(0), m}; };
   const std::vector<PosedRounding> posed = posed_by(*this, step);
+  const auto posed_around = [&](std::uint32_t v) {  // where none is declared, bodies are found
+    return posed.empty() ? PosedRounding() : posed[made.body_of_vertex()[v]];
+  };
   const auto room = [&](const Contact& pair, const FeatureVertices& features) {
     std::array<PosedRounding, 4> of_vertices;
     const auto ids = made.vertices_of(pair);
-    for (std::size_t k = 0; k < 4; ++k) of_vertices[k] = posed[made.body_of_vertex()[ids[k]]];
+    for (std::size_t k = 0; k < 4; ++k) of_vertices[k] = posed_around(ids[k]);
     return max_step ? room_of(pair.kind, features, rounding, of_vertices) : 0;
   };
   const auto test = [&](const TurningPair& pair, double separation) {
@@ -253,22 +211,26 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
                });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, &step);
   add_half_spaces(
-      contacts, scene, made, vertices, half_spaces, twists,
-      [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
-          const Twist* twist) {
-        const double separation = options.min_separation + thickness;
-        const ElementaryOptions elementary = elementary_options(options, separation);
-        if (twist != nullptr) {
+      contacts, scene, made, twists,
+      [&](std::uint32_t v, std::uint32_t b, double thickness, const Twist* twist) {
+        const VertexMotion& vertex = vertices[v];
+        const HalfSpaceMotion& half_space = half_spaces[b];
+        const auto test_by = [&](double separation) {
+          const ElementaryOptions elementary = elementary_options(options, separation);
+          if (twist != nullptr) {
+            return options.keep_distance
+                       ? turning_half_space_keep_distance(vertex, *twist, half_space, keep_of(separation),
+                                                          elementary, counts)
+                   : candidates ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
+                                : turning_half_space_test(vertex, *twist, half_space, elementary, counts);
+          }
           return options.keep_distance
-                     ? turning_half_space_keep_distance(vertex, *twist, half_space, keep_of(separation),
-                                                        elementary, counts)
-                 : candidates ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
-                              : turning_half_space_test(vertex, *twist, half_space, elementary, counts);
-        }
-        return options.keep_distance
-                   ? half_space_keep_distance(vertex, half_space, keep_of(separation), 1, counts)
-               : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
-                            : half_space_test(vertex, half_space, elementary, counts);
+                     ? half_space_keep_distance(vertex, half_space, keep_of(separation), 1, counts)
+                 : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
+                              : half_space_test(vertex, half_space, elementary, counts);
+        };
+        const double room = max_step ? room_of(vertex, half_space, rounding, posed_around(v), posed[b]) : 0;
+        return with_room(options.min_separation + thickness, room, options.leave_out_overlaps, test_by);
       });
   Outcome outcome = answer_of(std::move(contacts), scene, made, options);
   if (max_step) {  // which tells of the first alone
@@ -308,13 +270,12 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
                                        elementary_options(options, separation), counts);
                });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, at_end ? &*trial : nullptr);
-  add_half_spaces(reported, scene, made, vertices, half_spaces, {},
-                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
-                      const Twist* /*none turns at an instant*/) {
-                    return half_space_proximity(
-                        vertex, half_space, options.instant,
-                        elementary_options(options, options.min_separation + thickness), counts);
-                  });
+  add_half_spaces(
+      reported, scene, made, {},
+      [&](std::uint32_t v, std::uint32_t b, double thickness, const Twist* /*none turns at an instant*/) {
+        return half_space_proximity(vertices[v], half_spaces[b], options.instant,
+                                    elementary_options(options, options.min_separation + thickness), counts);
+      });
   Outcome outcome = answer_of(reported, scene, made, options);
   outcome.earliest_toi.reset();
   if (options.report == Report::kVertexDistances) {

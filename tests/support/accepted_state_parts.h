@@ -5,7 +5,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "engine/elementary/half_space.h"
 #include "tests/support/accepted_state.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/commit_room_oracle.h"
 #include "tests/support/scenes.h"
 
 namespace warmfront::testing {
@@ -22,6 +25,12 @@ std::vector<double> target_of(const AcceptedState& state, const StepOperation& s
 /// What of all contacts of a question the options ask for; `made` is the scene as made.
 Outcome answer_of(std::vector<Contact> contacts, const SceneDescription& scene, const Scene& made,
                   const ColliderOptions& options);
+/// By body: what poses of a step turn along screws.
+Twists twists_of(const AcceptedState& state, const StepOperation& step);
+/// By body: how what poses of a step move is rounded by a commit.
+std::vector<PosedRounding> posed_by(const AcceptedState& state, const StepOperation& step);
+/// By body: half-spaces on their way from where they are to where a step, if any, takes them.
+std::vector<HalfSpaceMotion> half_spaces_of(const AcceptedState& state, const StepOperation* step);
 /// Appends elements that number their own vertices from 0: of vertices to be added.
 void append(const Faces& faces, const Edges& edges, SceneDescription& to);
 

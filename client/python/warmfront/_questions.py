@@ -117,10 +117,12 @@ class Questions(Asking):
         """How far may this motion go before anything touches, or comes within the separation, plus the thickness of both? A
         trial that tells the first contact alone; it may be committed as one.
 
-        Except in tier "fast", a vertex and a face, or two edges, must not come nearer either than a commit of part of the
-        motion may round them: 2**-22 (in a session of float64: 2**-48) of the largest coordinate of those of their vertices
-        that move. So no commit of as much or less takes anything through anything. What starts nearer counts as what touches
-        does; where that is left out, it is looked at without that room.
+        Except in tier "fast", it leaves room for what a commit of part of the motion rounds, which is less than r, 2**-22 (in
+        a session of float64: 2**-48) of the largest coordinate, at either end, of those of a pair's vertices that move: a
+        vertex and a face or a half-space, or two edges, stop at 4 r, or, where they start within that, at r. So no commit of as
+        much or less takes anything through anything. What starts within r counts as what touches does, and the answer is 0:
+        separate such pairs, `proximity()` lists them. Where overlaps are left out, they are counted, looked at without room,
+        and may be taken through.
 
         leave_out_overlaps: what is not apart at the start does not count, only how much of it there is; else the answer is 0
         where there is any.

@@ -14,7 +14,6 @@
 #include <memory>
 #include <random>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "engine/collider.h"
@@ -64,15 +63,13 @@ std::optional<PairContact> with_room(const MovingPair& pair, PairOptions options
     std::ranges::copy(pair.end[k], vertices[k].t1.begin());
     features.vertex[k] = &vertices[k];
   }
-  std::optional<PairContact> contact = test_pair(pair, options).value();
   const double room = testing::room_of(pair.kind, features, Rounding::kFloat64);
-  if (room <= options.min_separation) return contact;
-  const std::optional<PairContact> without = std::exchange(contact, std::nullopt);
-  options.min_separation = room;
-  contact = test_pair(pair, options).value();
-  if (contact && contact->status != ContactStatus::kOverlapAtStart && without)
-    contact->status = without->status;
-  return contact;
+  const Verdict verdict = testing::with_room(options.min_separation, room, false, [&](double separation) {
+    options.min_separation = separation;
+    const std::optional<PairContact> contact = test_pair(pair, options).value();
+    return contact ? Verdict{true, contact->status, contact->toi} : Verdict{};
+  });
+  return verdict.contact ? std::optional(PairContact{verdict.status, verdict.toi}) : std::nullopt;
 }
 
 std::optional<PairContact> by_collider(const MovingPair& pair, const PairOptions& options) {

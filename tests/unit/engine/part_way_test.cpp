@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -167,6 +168,84 @@ TEST(PartWay, NorDoesOneOfPoses) {
   }
 }
 
+// On which side of a half-space, where its pose has it, a vertex is: 1 outside.
+int outside(const std::vector<double>& x, const HalfSpace& at_rest, Pose pose) {
+  const std::array<double, 3> point = pose.place(at_rest.point.data());
+  for (const std::size_t shift : {3, 7, 11}) pose.matrix[shift] = 0;
+  const std::array<double, 3> normal = pose.place(at_rest.normal.data());
+  mpq_class distance;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    distance += mpq_class(normal[axis]) * (mpq_class(x[axis]) - mpq_class(point[axis]));
+  return sgn(distance);
+}
+
+TEST(PartWay, NorIntoAHalfSpace) {
+  for (const Rounding rounding : kRoundings) {
+    for (const bool posed : {false, true}) {
+      for (const double away : {0.0, 100.0, 1e4}) {
+        for (const double share : {0.5, 0.9, 1.0}) {
+          std::mt19937 random(31);
+          for (int trial = 0; trial < 8; ++trial) {
+            std::uniform_real_distribution<double> some(-0.1, 0.1);
+            const auto at = [&](double height) {
+              return std::vector<double>{static_cast<float>(away + some(random)),
+                                         static_cast<float>(away + some(random)),
+                                         static_cast<float>(away + height + some(random))};
+            };
+            const std::vector<double> start = at(1), end = at(-1);
+            const HalfSpace ground{{away, away, away}, {1, 2, 3}};
+            SceneDescription scene{1, {}, {{"", 0, 1}, {"", 1, 0}}};
+            scene.bodies[1].kind = posed ? BodyKind::kRigid : BodyKind::kStatic;
+            scene.bodies[1].half_space = ground;
+            Collider collider = collider_of(scene, start, trial % 2 == 0 ? Tier::kExact : Tier::kCertified);
+            BodyPose pose{1, {}};
+            const double c = std::cos(some(random)), s = std::sqrt(1 - c * c);
+            pose.pose.matrix = {c, -s, 0,  away - c * away + s * away, s, c, 0, away - s * away - c * away, 0,
+                                0, 1,  0.2};
+            if (rounding == Rounding::kFloat32) pose.pose = in_float32(pose.pose);
+            const BodyPositions moved{0, std::span<const double>(end)};
+            Frame frame;
+            frame.bodies = {&moved, 1};
+            if (posed) frame.poses = {&pose, 1};
+            for (int i = 0; i < 60; ++i) {
+              const double fraction = collider.max_step(frame, false, {}, nullptr, rounding).value().fraction;
+              if (fraction == 0 || fraction == 1) break;
+              ASSERT_TRUE(collider.commit(share * fraction, rounding).ok());
+              const Pose now = posed ? collider.poses().at(0).pose : Pose{};
+              ASSERT_EQ(outside(collider.positions(), ground, now), 1)
+                  << posed << ' ' << away << ' ' << share << ' ' << trial << ' ' << i;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+// What was stopped is not near at the start of what comes next: it may go back all of the way.
+TEST(PartWay, WhatWasStoppedMayGoOn) {
+  for (const ContactKind kind : kKinds) {
+    for (const Rounding rounding : kRoundings) {
+      for (const Tier tier : kTiers) {
+        std::mt19937 random(41);
+        for (int trial = 0; trial < 20; ++trial) {
+          const Passing passing(kind, random, trial % 2 == 0 ? 0 : 100, rounding == Rounding::kFloat32);
+          Collider collider = collider_of(passing.scene, passing.start, tier);
+          const auto far = [&](const std::vector<double>& to) {
+            return collider
+                .max_step(std::span<const double>(to), false, {.tolerance = 1e-12}, nullptr, rounding)
+                .value();
+          };
+          ASSERT_TRUE(collider.commit(far(passing.end).fraction, rounding).ok());
+          const MaxStep back = far(passing.start);
+          ASSERT_EQ(back.fraction, 1) << trial;
+          ASSERT_EQ(back.overlaps_at_start, 0U);
+        }
+      }
+    }
+  }
+}
+
 // Nearer than a commit rounds is near at the start; who leaves that out is told of what it meets.
 TEST(PartWay, WhatStartsWithinTheRoomIsCountedAndStillTested) {
   const std::vector<double> start{0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25, 0.25, 1e-8};
@@ -189,7 +268,7 @@ TEST(PartWay, WhatStartsWithinTheRoomIsCountedAndStillTested) {
       EXPECT_EQ(near.overlaps_at_start, 1U);
     }
     const MaxStep passes = ask(through, true, Rounding::kFloat32);
-    EXPECT_EQ(passes.overlaps_at_start, 0U);
+    EXPECT_EQ(passes.overlaps_at_start, 1U);
     EXPECT_GT(passes.fraction, 0);
     EXPECT_LE(passes.fraction, 1e-8);
     EXPECT_EQ(ask(away, true, Rounding::kFloat32).fraction, 1);
@@ -211,6 +290,49 @@ TEST(PartWay, TheRoomIsThatOfEachPair) {
       collider.max_step(std::span<const double>(end), false, {}, nullptr, Rounding::kFloat32).value();
   EXPECT_EQ(far.fraction, 1);
   EXPECT_EQ(far.overlaps_at_start, 0U);
+}
+
+// All vertices of what goes from pose to pose are placed anew, also one on the axis, which both ends leave
+// where it is.
+TEST(PartWay, AVertexOnTheAxisOfATurnHasRoom) {
+  const std::vector<double> start{3 - 3e-8, 4, -1, 3 - 3e-8, 6, -1, 3 - 3e-8, 5, 1, 3, 5, 0};
+  SceneDescription scene{4, {{0, 1, 2}}, {{"", 0, 3, BodyKind::kStatic}, {"", 3, 1, BodyKind::kRigid}}};
+  BodyPose turned{1, {}};
+  turned.pose.matrix = {0, -1, 0, 8, 1, 0, 0, 2, 0, 0, 1, 0};
+  ASSERT_EQ(turned.pose.place(start.data() + 9), (std::array<double, 3>{3, 5, 0}));
+  Frame frame;
+  frame.poses = {&turned, 1};
+  for (const bool screw : {false, true}) {
+    scene.bodies[1].screw = screw;
+    Collider collider = collider_of(scene, start, Tier::kCertified);
+    const MaxStep far = collider.max_step(frame, false, {}, nullptr, Rounding::kFloat32).value();
+    EXPECT_EQ(far.fraction, 0) << screw;
+    EXPECT_EQ(far.overlaps_at_start, 1U) << screw;
+  }
+}
+
+// What it meets within the widest room is noted for questions about part of the way, points among it.
+TEST(PartWay, AQuestionAfterItFindsWhatAFreshOneDoes) {
+  const std::vector<double> start{1000, 0.01, 0, 1000, 0, 0, 1000, 0, 9, 1001, 0, 9, 1000, 1, 9};
+  std::vector<double> end = start, half = start;
+  for (std::size_t v = 0; v < 5; ++v) end[3 * v + 1] += v == 0 ? -0.02 : 0.001;
+  for (std::size_t i = 0; i < end.size(); ++i) half[i] = part_way(start[i], end[i], 0.75, false);
+  const SceneDescription scene{5, {{2, 3, 4}}, {{"", 0, 5}}};
+  const auto collider = [&] {
+    return Collider::create(std::make_shared<const Scene>(Scene::create(scene).value()),
+                            std::span<const double>(start), {.find_rigid = false}, testing::workers())
+        .value();
+  };
+  Collider asked = collider(), fresh = collider();
+  ASSERT_EQ(
+      asked.max_step(std::span<const double>(end), false, {}, nullptr, Rounding::kFloat32).value().fraction,
+      1);
+  const QuestionOptions near{.min_separation = 1e-4};
+  const StepResult found = asked.trial(std::span<const double>(half), near).value();
+  const StepResult expected = fresh.trial(std::span<const double>(half), near).value();
+  EXPECT_TRUE(std::ranges::equal(found.contacts, expected.contacts));
+  EXPECT_EQ(expected.contacts.size(), 1U);
+  EXPECT_TRUE(found.statistics.part_of_trial);
 }
 
 }  // namespace
