@@ -115,8 +115,8 @@ struct MaxStep {
   double fraction = 1;
   /// Of what comes first, the first in the order of contacts.
   std::optional<Contact> first;
-  /// Pairs that are within the separation, or not provably apart, at the start: counted whether they are left
-  /// out or not. Where they are not, any of them makes `fraction` 0.
+  /// Pairs that are within the separation, or nearer than a commit rounds, or not provably apart, at the
+  /// start: counted whether they are left out or not. Where they are not, any of them makes `fraction` 0.
   std::uint64_t overlaps_at_start = 0;
   /// In a scene with worlds: their numbers, as StepResult has them, and the largest fraction of each alone.
   std::vector<std::uint32_t> worlds;

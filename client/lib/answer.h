@@ -103,8 +103,8 @@ struct MaxStep {
   /// In [0, 1]: nothing touches, or comes within the separation, or nearer than a commit rounds
   /// (Collider::max_step()), before it. 1 where nothing does at all.
   double fraction = 1;
-  /// Pairs that are within the separation, or not provably apart, at the start: counted whether they are left
-  /// out or not. Where they are not, any of them makes `fraction` 0.
+  /// Pairs that are within the separation, or nearer than a commit rounds, or not provably apart, at the
+  /// start: counted whether they are left out or not. Where they are not, any of them makes `fraction` 0.
   std::uint64_t overlaps_at_start = 0;
   /// In a scene with worlds: the largest fraction of each alone, by the numbers in `answer.worlds`.
   std::vector<double> world_fractions = {};

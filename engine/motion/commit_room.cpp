@@ -53,8 +53,9 @@ void CommitRoom::take(Rounding rounding, const SceneMotion& motion, const Collis
     posed.translation = std::max(translation_of(start), translation_of(end));
     most = std::max(most, posed.of(size));
   }
-  double most_of_half_space = 0;  // beside the vertex's own
-  const double all = std::min(origin + frame.to_scene(motion.vertices().magnitude()), kMost);
+  // Beside the vertex's own: of any vertex, as far out as SceneMotion::reach() allows for.
+  double most_of_half_space = 0;
+  const double all = std::min(origin + 4 * frame.to_scene(motion.vertices().magnitude()), kMost);
   for (const CollisionModel::HalfSpaceOf& half_space : model.half_spaces()) {
     paced.check();
     if (posed_.empty() || posed_[number_of(half_space.part)].share == 0) continue;

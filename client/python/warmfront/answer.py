@@ -106,8 +106,8 @@ class MaxStep:
     bound, with room for what `Session.commit()` rounds, so that it may be committed as it is). 1 where nothing does in the
     whole motion.
     first: of what comes first, the first in the order of contacts; None where nothing comes.
-    overlaps_at_start: pairs that are within the separation, or not provably apart, at the start: counted whether they are left
-    out or not. Where they are not, any of them makes the fraction 0.
+    overlaps_at_start: pairs that are within the separation, or nearer than a commit rounds, or not provably apart, at the
+    start: counted whether they are left out or not. Where they are not, any of them makes the fraction 0.
     In a scene with worlds, else empty: worlds (w) uint32, ascending, with 0 where a body is in none, and world_fractions (w)
     float64, how far the motion may go in each alone.
     """
