@@ -13,11 +13,9 @@
 #include <utility>
 
 #include "engine/collider.h"
-#include "engine/elementary/elementary_test.h"
-#include "engine/elementary/keep_distance.h"
 #include "tests/support/brute_force.h"
-#include "tests/support/commit_room_oracle.h"
 #include "tests/support/drawn_bodies.h"
+#include "tests/support/max_step_oracle.h"
 #include "tests/support/pair_rules.h"
 #include "tests/support/workers.h"
 
@@ -222,8 +220,6 @@ class Filtered : public DrawnBodies {
       earliest = std::min(earliest, contact.toi);
     };
     if (below(3) == 0) question.keep_distance = 0.2;
-    const CertifiedOptions certified{.tolerance =
-                                         question.tier == Tier::kExact ? 0x1p-32 : options_.tolerance};
     const std::vector<VertexMotion> vertices = testing::motion_between(x_, y);
     testing::for_all_pairs(*scene_, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
       Contact contact{kind, ContactStatus::kHit, a, b, 0};
@@ -233,18 +229,7 @@ class Filtered : public DrawnBodies {
       if (!may_meet(scene_->body_of_vertex()[v[0]], scene_->body_of_vertex()[v[3]])) return;
       if (rules_->leave_out(contact)) return;
       const FeatureVertices features = testing::features_of(*scene_, vertices, kind, a, b);
-      ElementaryCounts counts;
-      const auto test = [&](double separation) {
-        return question.keep_distance
-                   ? keep_distance_test(features, {*question.keep_distance, separation}, certified)
-                   : elementary_test(features,
-                                     {.tier = *question.tier,
-                                      .tolerance = options_.tolerance,
-                                      .min_separation = separation},
-                                     counts);
-      };
-      const double room = testing::room_of(kind, features, Rounding::kFloat64);
-      const Verdict verdict = testing::with_room(options_.min_separation, room, leave_out, test);
+      const Verdict verdict = testing::max_step_verdict(kind, features, question, leave_out, options_, 0);
       if (!verdict.contact) return;
       contact.status = verdict.status;
       contact.toi = verdict.toi;

@@ -14,11 +14,10 @@
 #include "engine/collider.h"
 #include "engine/elementary/candidate.h"
 #include "engine/elementary/elementary_test.h"
-#include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
 #include "tests/support/brute_force.h"
-#include "tests/support/commit_room_oracle.h"
 #include "tests/support/drawn_bodies.h"
+#include "tests/support/max_step_oracle.h"
 #include "tests/support/workers.h"
 
 namespace warmfront {
@@ -213,20 +212,8 @@ class Thick : public DrawnBodies {
     double earliest = 1;
     const double asked = question.keep_distance ? 1 : options_.min_separation;
     for_pairs(vertices, asked, [&](const Contact& pair, const FeatureVertices& features, double thick) {
-      ElementaryCounts counts;
-      const CertifiedOptions certified{.tolerance =
-                                           question.tier == Tier::kExact ? 0x1p-32 : options_.tolerance};
-      const auto test = [&](double separation) {
-        return question.keep_distance
-                   ? keep_distance_test(features, {*question.keep_distance, separation}, certified)
-                   : elementary_test(features,
-                                     {.tier = *question.tier,
-                                      .tolerance = options_.tolerance,
-                                      .min_separation = separation},
-                                     counts);
-      };
-      const double room = testing::room_of(pair.kind, features, Rounding::kFloat64);
-      const Verdict verdict = testing::with_room(options_.min_separation + thick, room, leave_out, test);
+      const Verdict verdict =
+          testing::max_step_verdict(pair.kind, features, question, leave_out, options_, thick);
       if (!verdict.contact) return;
       if (leave_out && verdict.status == ContactStatus::kOverlapAtStart) return;
       earliest = std::min(earliest, verdict.toi);
