@@ -56,11 +56,35 @@ struct OpenUntil {
     const Float8 high = open((Int8)at0 >> 16, (Int8)at1 >> 16);
     widest = greater(greater(low, high), widest);
   }
+  WARMFRONT_INLINE Short16 result() const { return surely((Short16)(widest > 0.0F) != 0); }
+
   // Overlaps up to a time within this step are not reused in later steps: none is unsure.
+  template <class Mask>
+  WARMFRONT_INLINE static Short16 surely(Mask open) {
+    constexpr std::int16_t kOpen = 1;
+    constexpr std::int16_t kShut = -GridPair<Aabb>::kSlack;
+    return select(open, Short16{} + kOpen, Short16{} + kShut);
+  }
+};
+
+// The same up to a time so near to 0 that what is `least` units apart then stays so, whatever the gap at t
+// = 1.
+struct OpenSoon {
+  std::int16_t least;
+  Short16 widest = Short16{} + std::numeric_limits<std::int16_t>::min();
+
+  // 0 where that takes more than a few units. With a number n0 at t = 0 and n1 >= -2^15 at t = 1, of units u0
+  // and u1, the gap at `until` is at least (1 - until) n0 u0 - until 2^15 u1. Each rounding here is within
+  // 2^-24, and 1 - until is at least 2^-24 where it is not 0.
+  WARMFRONT_INLINE static std::int16_t least_for(float until, const std::array<float, 2>& unit) {
+    constexpr float kMost = 4;
+    const float closing = until * 0x1p15F * (unit[1] / unit[0]) / (1 - until) * (1 + 0x1p-10F);
+    return closing < kMost ? static_cast<std::int16_t>(static_cast<int>(closing) + 1) : std::int16_t{0};
+  }
+
+  WARMFRONT_INLINE void see(Short16 at0, Short16) { widest = greater(at0, widest); }
   WARMFRONT_INLINE Short16 result() const {
-    constexpr Short16 kOpen = Short16{} + 1;
-    constexpr Short16 kShut = Short16{} - GridPair<Aabb>::kSlack;
-    return select((Short16)(widest > 0.0F) != 0, kOpen, kShut);
+    return OpenUntil::surely(larger_of(widest) >= Short16{} + least);
   }
 };
 
@@ -231,19 +255,22 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Rebased<Bounds>& over,
                                : static_cast<float>(nearest) * between.unit[kGapAt == GapAt::kEnd ? 1 : 0] + between.lacks};
 }
 
+template <class Bounds, class Open, class Pairs>
+WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Rebased<Bounds>& over, const EightBounds<Bounds>& b,
+                                         const GridPair<Bounds>& between, const OneOfLeaf* whole_b,
+                                         Pairs pairs, GapAt gap_at) {
+  return gap_at == GapAt::kStart ? all_pairs<Bounds, GapAt::kStart>(open, over, b, between, whole_b, pairs)
+                                 : all_pairs<Bounds, GapAt::kEnd>(open, over, b, between, whole_b, pairs);
+}
+
 template <class Bounds, class Pairs>
 WARMFRONT_INLINE EightOverlaps overlaps(const Rebased<Bounds>& over, const EightBounds<Bounds>& b,
                                         const GridPair<Bounds>& between, const OneOfLeaf* whole_b,
                                         Pairs pairs, float until, GapAt gap_at) {
-  const OpenThroughout throughout;
-  if (gap_at == GapAt::kStart) {
-    return until < 1 ? all_pairs<Bounds, GapAt::kStart>(OpenUntil{{until}, between.unit}, over, b, between,
-                                                        whole_b, pairs)
-                     : all_pairs<Bounds, GapAt::kStart>(throughout, over, b, between, whole_b, pairs);
-  }
-  return until < 1 ? all_pairs<Bounds, GapAt::kEnd>(OpenUntil{{until}, between.unit}, over, b, between,
-                                                    whole_b, pairs)
-                   : all_pairs<Bounds, GapAt::kEnd>(throughout, over, b, between, whole_b, pairs);
+  if (!(until < 1)) return all_pairs(OpenThroughout{}, over, b, between, whole_b, pairs, gap_at);
+  const std::int16_t soon = OpenSoon::least_for(until, between.unit);
+  if (soon > 0) return all_pairs(OpenSoon{soon}, over, b, between, whole_b, pairs, gap_at);
+  return all_pairs(OpenUntil{{until}, between.unit}, over, b, between, whole_b, pairs, gap_at);
 }
 
 template <class Bounds>
