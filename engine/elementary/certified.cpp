@@ -113,16 +113,16 @@ class Search {
   }
 
   // The budget is spent. A remaining window of any width is free of contact if one direction separates all of
-  // it; otherwise it is halved, unless the primitives are close. README.md, "What certified reports", says
-  // for which pairs this always ends with no contact.
+  // it; otherwise it is halved, unless the primitives are close where it begins. README.md, "What certified
+  // reports", says for which pairs this always ends with no contact.
   [[gnu::noinline]] Verdict settle(Window window) {
     for (int looks = 0; looks < kSettlingLooks && window.begin <= options_.latest; ++looks) {
-      const double middle = window.begin + 0.5 * window.width();
-      if (distance_below(query_, middle) <= barely_apart() + kClose) break;
+      if (distance_below(query_, window.begin) <= barely_apart() + kClose) break;
       if (distance_below(query_, window) > barely_apart()) {
         if (waiting_ == 0) return {};
         window = stack_[--waiting_];
       } else if (waiting_ < static_cast<int>(stack_.size())) {
+        const double middle = window.begin + 0.5 * window.width();
         stack_[waiting_++] = {middle, window.end};
         window.end = middle;
       } else {

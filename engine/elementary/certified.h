@@ -32,7 +32,8 @@ struct CertifiedOptions {
 ///   difference between vertices of the two primitives at t = 0 and 1);
 ///   - toi == 0 is always reported as kOverlapAtStart;
 ///   - whatever the budget, a pair is not reported if one direction keeps it farther apart than that for the
-///   whole step, or if it stays farther apart and moves little (kSurelyDecided);
+///   whole step, nor at a time up to which one does, nor if it stays farther apart and moves little
+///   (kSurelyDecided);
 ///   - at most `budget` windows, and 640 more before the answer is kBudget; no allocation.
 Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& options);
 

@@ -134,11 +134,7 @@ void PairTester::filter_elements() {
   const std::size_t count = std::exchange(element_pairs_, 0);
   if (count == 0) return;
   for (auto& corner : corners_.vertex) std::fill(corner.begin() + count, corner.end(), corner[0]);
-  const bool by_distance = input_->options.report != Report::kCandidates;
-  const std::uint32_t apart = by_distance ? triangles_apart(corners_, input_->vertex_bounds,
-                                                            certified_reach(input_->options.tolerance))
-                                          : 0;
-  for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
+  for (std::uint32_t bits = ~elements_apart() & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
     const auto [p, q, left_out, near] = elements_[static_cast<std::size_t>(std::countr_zero(bits))];
     if (input_->options.pair_test == PairTest::kIntersection)
       edge_face_pairs(p, q);
@@ -147,6 +143,25 @@ void PairTester::filter_elements() {
     else
       feature_pairs(face_number(p), face_number(q), left_out, near);
   }
+}
+
+// Bit i is set where pair i of those taken has no contact that is asked for.
+std::uint32_t PairTester::elements_apart() {
+  const ColliderOptions& options = input_->options;
+  if (options.report == Report::kCandidates) return 0;
+  const double reach = certified_reach(options.tolerance);
+  // Of a time between, the fast tier may report a pair at one when it is apart.
+  if (asks_for_earliest() && options.tier != Tier::kFast) {
+    if (input_->worlds.any() || input_->arcs.any()) {
+      for (std::size_t i = 0; i < corners_.until.size(); ++i)
+        corners_.until[i] = until_of(corners_.vertex[0][i], corners_.vertex[3][i]);
+    } else {
+      corners_.until.fill(until_of(corners_.vertex[0][0], corners_.vertex[3][0]));
+    }
+    if (std::ranges::min(corners_.until) < 1)
+      return triangles_apart_until(corners_, input_->vertex_bounds, reach);
+  }
+  return triangles_apart(corners_, input_->vertex_bounds, reach);
 }
 
 void PairTester::edge_face_pairs(Primitive p, Primitive q) {
@@ -170,9 +185,13 @@ void PairTester::edge_against_face(EdgeId e, std::uint32_t f) {
     push({{edge[0], edge[1], face[0], face[1]}, number_of(e), f, ContactKind::kEdgeFace});
 }
 
+float PairTester::until_of(std::uint32_t p, std::uint32_t q) const {
+  const bool turning = input_->arcs.around(p) != nullptr || input_->arcs.around(q) != nullptr;
+  return asks_for_earliest() && !turning ? std::min(until_in(world_around(p, q)), 1.0F) : 1;
+}
+
 std::uint32_t PairTester::overlapping(const Face& p, const Face& q, std::uint32_t wanted) const {
-  const bool turning = input_->arcs.around(p[0]) != nullptr || input_->arcs.around(q[0]) != nullptr;
-  const float latest = asks_for_earliest() && !turning ? until_in(world_around(p[0], q[0])) : 1;
+  const float latest = until_of(p[0], q[0]);
   const Width width = width_of(p, q);
   return latest < 1 ? overlapping_features(bounds_of(p), bounds_of(q), wanted, latest, width)
                     : overlapping_features(bounds_of(p), bounds_of(q), wanted, width);

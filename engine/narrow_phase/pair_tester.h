@@ -130,6 +130,7 @@ class PairTester {
   void element_pair(Primitive p, Primitive q, std::uint32_t left_out, std::uint32_t near);
   // Continues with the pending pairs that no plane separates.
   void filter_elements();
+  std::uint32_t elements_apart();
   void feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out, std::uint32_t near);
   void segment_pairs(Primitive p, Primitive segment);
   void edge_face_pairs(Primitive p, Primitive q);
@@ -160,6 +161,8 @@ class PairTester {
   TriangleBounds bounds_of(const Face& face) const { return bounds_of(face[0], face[1], face[2]); }
   TriangleBounds bounds_of(const Edge& edge) const { return bounds_of(edge[0], edge[1], edge[1]); }
   TriangleBounds bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  // Contacts of what has these vertices after this time, at most 1, are not needed; rounded up.
+  float until_of(std::uint32_t p, std::uint32_t q) const;
   // Of the wanted pairs of features, as in Ownership::Candidates, those whose moving bounds overlap.
   std::uint32_t overlapping(const Face& p, const Face& q, std::uint32_t wanted) const;
   // Within which bounds of primitives with these vertices count as near each other: of their parts.

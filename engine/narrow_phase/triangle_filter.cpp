@@ -34,6 +34,14 @@ struct Corners {
     std::memcpy(&width, pairs.width.data(), sizeof width);
     margin = most[0] + most[1] + width;
   }
+
+  // The end of the motion becomes these times; the size stays that of all of it, as a query's is.
+  WARMFRONT_INLINE void stop_at(const Float8& times) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      const Eight3 way = at[1][k] - at[0][k];
+      at[1][k] = at[0][k] + Eight3{times * way.x, times * way.y, times * way.z};
+    }
+  }
 };
 
 // An upper bound of the length of a vector with these magnitudes, at most a twelfth more: in descending
@@ -76,23 +84,56 @@ WARMFRONT_INLINE Int8 keeps_apart(const Corners& corners, const Eight3& directio
   return (Int8)(greater(lesser(above[0], above[1]), lesser(below[0], below[1])) > slack);
 }
 
+// Twice their mean over the step: those of the first triangle, then of the second.
+struct Edges {
+  Eight3 of[6];
+
+  WARMFRONT_INLINE explicit Edges(const Corners& corners) {
+    Eight3 place[6];
+#pragma GCC unroll 6
+    for (int k = 0; k < 6; ++k) place[k] = corners.at[0][k] + corners.at[1][k];
+#pragma GCC unroll 6
+    for (int k = 0; k < 6; ++k) of[k] = place[k % 3 == 2 ? k - 2 : k + 1] - place[k];
+  }
+};
+
+// Where a plane along either triangle separates.
+WARMFRONT_INLINE Int8 apart_along_faces(const Corners& corners, const Edges& edge, float closest) {
+  return keeps_apart(corners, cross(edge.of[0], edge.of[1]), closest) |
+         keeps_apart(corners, cross(edge.of[3], edge.of[4]), closest);
+}
+
 // Where some plane separates.
 WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
-  Eight3 place[6];  // twice the mean over the step
-#pragma GCC unroll 6
-  for (int k = 0; k < 6; ++k) place[k] = corners.at[0][k] + corners.at[1][k];
   const auto way = [&](int k) { return corners.at[1][k] - corners.at[0][k]; };
   const Eight3 motion = ((way(3) - way(0)) + (way(4) - way(1))) + (way(5) - way(2));
-  Eight3 edge[6];
-#pragma GCC unroll 6
-  for (int k = 0; k < 6; ++k) edge[k] = place[k % 3 == 2 ? k - 2 : k + 1] - place[k];
-  Int8 apart = keeps_apart(corners, cross(edge[0], edge[1]), closest);
-  apart |= keeps_apart(corners, cross(edge[3], edge[4]), closest);
+  const Edges edge(corners);
+  Int8 apart = apart_along_faces(corners, edge, closest);
   for (int k = 0; k < 6; ++k) {
     if (bits_of(apart) == 0xff) break;
-    apart |= keeps_apart(corners, cross(edge[k], motion), closest);
+    apart |= keeps_apart(corners, cross(edge.of[k], motion), closest);
   }
   return apart & (corners.size < 0x1p30F);  // no overflow
+}
+
+// Until then triangles are taken not to move much.
+constexpr float kSoon = 0x1p-4F;
+
+// The same of what hardly moves, and so may be looked at as if it did not: by the separating axis theorem of
+// two triangles at rest.
+WARMFRONT_INLINE Int8 certainly_apart_at_rest(const Corners& corners, float closest) {
+  const Edges edge(corners);
+  Int8 apart = apart_along_faces(corners, edge, closest);
+  for (int k = 0; k < 9; ++k) {
+    if (bits_of(apart) == 0xff) break;
+    apart |= keeps_apart(corners, cross(edge.of[k / 3], edge.of[3 + k % 3]), closest);
+  }
+  return apart & (corners.size < 0x1p30F);
+}
+
+// 4 reaches, as keeps_apart() has them.
+float closest_of(double reach) {
+  return static_cast<float>(4.001 * reach);
 }
 
 }  // namespace
@@ -100,7 +141,21 @@ WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
 WARMFRONT_TARGET_CLONES
 std::uint32_t triangles_apart(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
                               double reach) {
-  return bits_of(certainly_apart(Corners(pairs, points), static_cast<float>(4.001 * reach)));
+  return bits_of(certainly_apart(Corners(pairs, points), closest_of(reach)));
+}
+
+// A corner of a time between has three more roundings, of values up to 2 |p|: 15 u |d| |p| in its product,
+// and 30 in a difference of two, which the 2^-18 that is added covers.
+WARMFRONT_TARGET_CLONES
+std::uint32_t triangles_apart_until(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
+                                    double reach) {
+  Corners corners(pairs, points);
+  Float8 until;
+  std::memcpy(&until, pairs.until.data(), sizeof until);
+  corners.stop_at(until);
+  const float closest = closest_of(reach) + 0x1p-18F;
+  return bits_of(largest(until) < kSoon ? certainly_apart_at_rest(corners, closest)
+                                        : certainly_apart(corners, closest));
 }
 
 }  // namespace warmfront

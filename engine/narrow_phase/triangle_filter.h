@@ -16,6 +16,7 @@ namespace warmfront {
 struct EightTrianglePairs {
   std::array<std::array<std::uint32_t, 8>, 6> vertex;
   std::array<float, 8> width{};  ///< of each pair, along any direction: Width::straight
+  std::array<float, 8> until{};  ///< read by triangles_apart_until()
 };
 
 /// Before stage T0: bit i is set where a plane that only translates separates pair i for the whole step, by
@@ -27,5 +28,11 @@ struct EightTrianglePairs {
 /// the motion.
 std::uint32_t triangles_apart(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
                               double reach);
+
+/// The same up to the time `until` of each pair, at most 1: whatever the tiers certified and exact report of
+/// a removed pair is later. Where that is soon, the planes tried are along either triangle, and along an edge
+/// of each, so that of triangles that hardly move by then and stay apart nearly all are removed.
+std::uint32_t triangles_apart_until(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
+                                    double reach);
 
 }  // namespace warmfront
