@@ -63,8 +63,13 @@ void around_primitives(std::span<const ChordBox> vertices,
 /// Where the corners of a face are at successive times.
 using FaceTimes = std::span<const std::array<Corner, 3>>;
 
-/// The pairs of features of two faces of whose boxes, between some two successive times, no coordinate is
-/// farther apart than `room`; what is not a number is not. Bits as Ownership::candidates() has them.
+/// What is more than `room` apart is so much apart, at least, along a diagonal in its coordinates' sum: a
+/// little more than the square root of 2.
+inline constexpr double kDiagonal = 1.4143;
+
+/// The pairs of features of two faces of whose bounds, between some two successive times, no coordinate is
+/// farther apart than `room`, and no sum or difference of two coordinates than kDiagonal times that; what is
+/// not a number is not. Bits as Ownership::candidates() has them.
 std::uint32_t near_features(FaceTimes f, FaceTimes g, double room);
 
 }  // namespace warmfront

@@ -153,9 +153,9 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
   std::uint64_t tests = 0;
   PacedStop paced(stop);
   tester.begin_leaves(a.part, b.part);
-  // Were they, by their places, tested in a piece before?
+  // Were they, by their places, tested in a piece before? Most that were are near in the last one, too.
   const auto tested = [&](std::uint32_t i, std::uint32_t j) {
-    for (int k = 0; k < piece; ++k) {
+    for (int k = piece; k-- > 0;) {
       if (near_each_other(box_of(core, a, a.corners[i], k), box_of(core, b, b.corners[j], k), room))
         return true;
     }

@@ -24,7 +24,7 @@ namespace warmfront {
 /// farther apart than the separation, the arcs' distance from their chords and what the elementary test
 /// allows itself (certified_reach()), that test reports nothing of them: it looks at the same chords, or
 /// shorter ones within. Two primitives are tested once, in the first piece in which their boxes are nearer;
-/// of two faces those features whose own boxes are nearer in some piece.
+/// of two faces those features whose own 18-DOPs are nearer in some piece.
 class TurningStage {
  public:
   /// Takes the near pairs of parts that are this stage's out of those that are the front's. Where an arc is

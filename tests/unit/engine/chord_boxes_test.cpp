@@ -28,19 +28,27 @@ std::vector<Corner> at_times(FaceTimes face, std::vector<int> vertices, std::siz
   return points;
 }
 
+// Along x, y, z, and the sums and differences of two of them.
+double along(std::size_t axis, const Corner& x) {
+  if (axis < 3) return x[axis];
+  const double other = x[(axis + 1) % 3];
+  return axis < 6 ? x[axis % 3] + other : x[axis % 3] - other;
+}
+
 bool are_near(const std::vector<Corner>& a, const std::vector<Corner>& b, double room) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < 9; ++axis) {
     double least = std::numeric_limits<double>::infinity(), most = -least, other_least = least,
            other_most = most;
     for (const Corner& x : a) {
-      least = std::min(least, x[axis]);
-      most = std::max(most, x[axis]);
+      least = std::min(least, along(axis, x));
+      most = std::max(most, along(axis, x));
     }
     for (const Corner& x : b) {
-      other_least = std::min(other_least, x[axis]);
-      other_most = std::max(other_most, x[axis]);
+      other_least = std::min(other_least, along(axis, x));
+      other_most = std::max(other_most, along(axis, x));
     }
-    if (least - other_most > room || other_least - most > room) return false;
+    const double wide = axis < 3 ? room : kDiagonal * room;
+    if (least - other_most > wide || other_least - most > wide) return false;
   }
   return true;
 }
