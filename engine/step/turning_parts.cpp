@@ -103,8 +103,8 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
 }
 
 // How far apart boxes of two parts must be before nothing of them is reported. L of turning_test() is no more
-// than all coordinates of both; shorter chords are as far from an arc as their own share of its bend says. Sums and
-// differences of coordinates round by 2^-51 of the reach, of which there are 2^-47.
+// than all coordinates of both; shorter chords are as far from an arc as their own share of its bend says.
+// Sums and differences of coordinates round by 2^-51 of the reach, of which there are 2^-47.
 double TurningStage::room_between(const Core& core, const Part& a, const Part& b) const {
   const ColliderOptions& options = core.options;
   const double separation = core.thickness.between(options.min_separation, a.part, b.part);
