@@ -84,6 +84,11 @@ void lone_edges_at(const Scene& scene, EdgeId e, std::uint32_t opposite, std::ve
       found.push_back(in_order(e, lone));
 }
 
+// The corner of a face that is not at its edge (a, b).
+std::uint32_t corner_off(const Face& face, std::uint32_t a, std::uint32_t b) {
+  return face[0] + face[1] + face[2] - a - b;
+}
+
 // As orphans_of_vertex(): the first face along an orphan's other edge contains a, b or c of the first face
 // (a, b, c) along this edge, (a, b); not both a and b, or the edges would share a vertex. Faces that repeat
 // an index give some pairs twice: gather() removes duplicates.
@@ -95,26 +100,51 @@ void orphans_of_edge(const Scene& scene, EdgeId e1, std::vector<EdgeEdgeIds>& fo
   const Face& first = scene.faces()[along.front()];
   for (const std::uint32_t corner : first)
     if (corner != a && corner != b) lone_edges_at<kWith>(scene, e1, corner, found);
-  const Face& second = scene.faces()[along.back()];
+  const std::uint32_t c = corner_off(first, a, b);
+  const std::uint32_t d = corner_off(scene.faces()[along.back()], a, b);
   const auto consider = [&](std::uint32_t h, EdgeId e2) {
     if ((kWith == With::kAll || e1 < e2) && faces_along(scene, e2).front() == h &&
         !share_vertex(ends_of(scene, e1), ends_of(scene, e2)) && is_orphan_ee(scene, e1, e2))
       found.push_back(in_order(e1, e2));
   };
+  // Is another face along a side (p, q), of a face h at a or b, adjacent to those along (a, b)? Nearly never,
+  // so it is asked first, and without a branch.
+  const auto other_face_is_near = [&](std::uint32_t h, EdgeId e2, std::uint32_t p, std::uint32_t q) {
+    const auto along_e2 = faces_along(scene, e2);
+    const std::uint32_t is_first = along_e2.front() == h ? ~0U : 0;
+    const std::uint32_t g = along_e2.front() ^ ((along_e2.front() ^ along_e2.back()) & is_first);
+    const std::uint32_t r = corner_off(scene.faces()[g], p, q);
+    const bool has_c = (p == c) | (q == c) | (r == c);
+    const bool has_d = (p == d) | (q == d) | (r == d);
+    return static_cast<bool>((r == a) | (r == b) | (has_c & has_d));
+  };
   for (const std::uint32_t corner : first) {
     for (const std::uint32_t h : scene.vertex_faces()[corner]) {
       const Face& face = scene.faces()[h];
-      const bool has_a = has_vertex(face, a);
-      const bool has_b = has_vertex(face, b);
-      if (a != b && has_a && has_b) continue;
       if (corner != a && corner != b) {
-        if (has_a || has_b || !adjacent(face, second)) continue;  // found at that corner; or not an orphan
+        if (!has_vertex(face, d)) continue;                        // not an orphan
+        if (has_vertex(face, a) || has_vertex(face, b)) continue;  // found at that corner
         for (const EdgeId e2 : sides_of(scene, h)) consider(h, e2);
       } else {
         const int at = face[0] == corner ? 0 : face[1] == corner ? 1 : 2;
-        consider(h, side_of(scene, h, (at + 1) % 3));  // the edge opposite the corner
+        const EdgeId e2 = side_of(scene, h, (at + 1) % 3);  // the edge opposite the corner
+        if (!other_face_is_near(h, e2, face[(at + 1) % 3], face[(at + 2) % 3])) continue;
+        if (a != b && has_vertex(face, a) && has_vertex(face, b)) continue;
+        consider(h, e2);
       }
     }
+  }
+}
+
+// Of the edges that begin here: each edge by its first face, each face by its first corner. Neighbours in
+// space are then looked at one after the other, which edges in the order of their numbers need not be.
+void orphans_of_edges_at(const Scene& scene, std::uint32_t v, std::vector<EdgeEdgeIds>& found) {
+  for (const EdgeId e : lone_edges_of(scene, v))
+    if (ends_of(scene, e)[0] == v) orphans_of_edge<With::kGreater>(scene, e, found);
+  for (const std::uint32_t f : scene.vertex_faces()[v]) {
+    if (scene.faces()[f][0] != v) continue;
+    for (const EdgeId e : sides_of(scene, f))
+      if (faces_along(scene, e).front() == f) orphans_of_edge<With::kGreater>(scene, e, found);
   }
 }
 
@@ -138,8 +168,8 @@ void faces_of_edge(const Scene& scene, EdgeId e, std::vector<EdgeFaceIds>& found
 
 // Runs `of_each` for all first features of a range and returns the results, sorted, without duplicates. Works
 // range by range, so that the peak memory is little more than the result.
-template <class Ids, class OfEach>
-std::vector<Ids> gather(decltype(Ids::a) first, decltype(Ids::a) end, StopSignal stop, OfEach&& of_each) {
+template <class Ids, class First, class OfEach>
+std::vector<Ids> gather(First first, First end, StopSignal stop, OfEach&& of_each) {
   constexpr std::uint32_t kIds = 2048;
   constexpr std::uint32_t kRanges = 64;
   const std::uint64_t last = number_of(end);
@@ -153,7 +183,7 @@ std::vector<Ids> gather(decltype(Ids::a) first, decltype(Ids::a) end, StopSignal
       for (std::uint64_t id = from; id < to; ++id) {
         if (id % 16 == 0) stop.check();
         const auto before = static_cast<std::ptrdiff_t>(ours.size());
-        of_each(decltype(Ids::a){static_cast<std::uint32_t>(id)}, ours);
+        of_each(First{static_cast<std::uint32_t>(id)}, ours);
         std::sort(ours.begin() + before, ours.end());
         ours.erase(std::unique(ours.begin() + before, ours.end()), ours.end());
       }
@@ -177,11 +207,18 @@ std::vector<EdgeFaceIds> edge_face_orphans(const Scene& scene, const FeatureRang
 }
 
 Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop) {
-  return {
-      gather<VertexFaceIds>(NewVertex{range.first_vertex}, NewVertex{range.end_vertex}, stop,
+  const NewVertex first{range.first_vertex};
+  const NewVertex end{range.end_vertex};
+  Orphans orphans{
+      gather<VertexFaceIds>(first, end, stop,
                             [&](NewVertex v, auto& found) { orphans_of_vertex(scene, number_of(v), found); }),
-      gather<EdgeEdgeIds>(range.first_edge, range.end_edge, stop,
-                          [&](EdgeId e, auto& found) { orphans_of_edge<With::kGreater>(scene, e, found); })};
+      gather<EdgeEdgeIds>(first, end, stop, [&](NewVertex v, auto& found) {
+        orphans_of_edges_at(scene, number_of(v), found);
+      })};
+  sort_in_parallel(orphans.edge_edge, stop, std::less<>());
+  orphans.edge_edge.erase(std::unique(orphans.edge_edge.begin(), orphans.edge_edge.end()),
+                          orphans.edge_edge.end());
+  return orphans;
 }
 
 namespace {
