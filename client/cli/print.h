@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// printf into a string. Pure function.
+// printf into a string, and counts in words. Pure functions.
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <string>
 
@@ -13,6 +14,11 @@ std::string print(const char* format, Values... values) {
   char text[512];
   std::snprintf(text, sizeof text, format, values...);
   return text;
+}
+
+/// "1 contact", "2 contacts".
+inline std::string counted(std::uint64_t count, const char* thing) {
+  return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
 
 }  // namespace warmfront::client

@@ -156,9 +156,9 @@ Result<SceneTrade> measure_input(const AccuracyArguments& arguments, const std::
 std::string format(const KnownComparison& c) {
   char text[256];
   std::snprintf(text, sizeof text,
-                "\ntruth.csv: %" PRIu64 " contacts; of tier exact's contacts %" PRIu64
-                " are missing, %" PRIu64 " are known to be none, and of %" PRIu64 " it says nothing\n",
-                c.known, c.missing, c.contradicted, c.beyond);
+                "\ntruth.csv: %s; of tier exact's contacts %" PRIu64 " are missing, %" PRIu64
+                " are known to be none, and of %" PRIu64 " it says nothing\n",
+                counted(c.known, "contact").c_str(), c.missing, c.contradicted, c.beyond);
   return text;
 }
 

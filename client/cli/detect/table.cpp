@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <string>
 
+#include "client/cli/print.h"
+
 namespace warmfront::client {
 
 void print_detect_header(bool half_spaces) {
@@ -37,13 +39,14 @@ void print_detect_summary(const DetectReport& report) {
     possible += frame.possible;
     ms += frame.statistics.ms.total;
   }
-  const std::string edges = report.edges > 0 ? std::to_string(report.edges) + " edges, " : "";
+  const std::string edges = report.edges > 0 ? counted(report.edges, "edge") + ", " : "";
   const std::string of_half_spaces = vh > 0 ? ", " + std::to_string(vh) + " vh" : "";
-  std::printf("%zu steps of %" PRIu64 " triangles, %s%" PRIu64 " vertices: %" PRIu64 " contacts (%" PRIu64
-              " vf, %" PRIu64 " ee%s; %" PRIu64 " possible), %.3f ms a step on %d thread%s\n",
-              report.frames.size(), report.triangles, edges.c_str(), report.vertices, vf + ee + vh, vf, ee,
-              of_half_spaces.c_str(), possible, ms / static_cast<double>(report.frames.size()),
-              report.threads, report.threads == 1 ? "" : "s");
+  std::printf("%s of %s, %s%" PRIu64 " %s: %s (%" PRIu64 " vf, %" PRIu64 " ee%s; %" PRIu64
+              " possible), %.3f ms a step on %d thread%s\n",
+              counted(report.frames.size(), "step").c_str(), counted(report.triangles, "triangle").c_str(),
+              edges.c_str(), report.vertices, report.vertices == 1 ? "vertex" : "vertices",
+              counted(vf + ee + vh, "contact").c_str(), vf, ee, of_half_spaces.c_str(), possible,
+              ms / static_cast<double>(report.frames.size()), report.threads, report.threads == 1 ? "" : "s");
   if (!report.contacts_hash.empty()) std::printf("contacts hash %s\n", report.contacts_hash.c_str());
 }
 

@@ -11,6 +11,7 @@
 
 #include "client/cli/detect/table.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/print.h"
 
 namespace warmfront::client {
 namespace {
@@ -180,11 +181,10 @@ std::string format_json(const Merged& merged, std::span<Part> parts,
 void print(const Merged& merged, std::span<const Part> parts, Steps lines) {
   const std::size_t steps = count_steps(parts);
   const std::string of_half_spaces = merged.vh > 0 ? ", " + std::to_string(merged.vh) + " vh" : "";
-  std::printf("%zu steps in %zu report%s: %" PRIu64 " contacts (%" PRIu64 " vf, %" PRIu64 " ee%s; %" PRIu64
-              " possible), %.3f ms a step\n",
-              steps, merged.reports, merged.reports == 1 ? "" : "s", merged.vf + merged.ee + merged.vh,
-              merged.vf, merged.ee, of_half_spaces.c_str(), merged.possible,
-              merged.ms / static_cast<double>(steps));
+  std::printf("%s in %s: %s (%" PRIu64 " vf, %" PRIu64 " ee%s; %" PRIu64 " possible), %.3f ms a step\n",
+              counted(steps, "step").c_str(), counted(merged.reports, "report").c_str(),
+              counted(merged.vf + merged.ee + merged.vh, "contact").c_str(), merged.vf, merged.ee,
+              of_half_spaces.c_str(), merged.possible, merged.ms / static_cast<double>(steps));
   print_worst("most contacts", "%.0f", merged.most_contacts);
   print_worst("earliest", "%.9f", merged.earliest);
   print_worst("slowest", "%.3f ms", merged.slowest);

@@ -161,7 +161,7 @@ TEST_F(CliAccuracy, AFoldersTruthChecksTheExactTier) {
   const Outcome right = run(measure);
   EXPECT_EQ(right.code, kExitOk) << right.out;
   EXPECT_THAT(right.out,
-              HasSubstr("truth.csv: 1 contacts; of tier exact's contacts 0 are missing, 0 are known"));
+              HasSubstr("truth.csv: 1 contact; of tier exact's contacts 0 are missing, 0 are known"));
   folder_.write("step/truth.csv", header + "vf,4,0,1,2,1\n");
   EXPECT_EQ(run(measure).code, kExitNo);
   folder_.write("step/truth.csv", header + "vf,3,0,1,2,0\n");

@@ -39,6 +39,8 @@ TEST(Cli, SegmentsAndPointsAreMet) {
   const Json frames = Json::parse(segment.out)["frames"];
   EXPECT_EQ(frames[0]["vf"], 2) << "both ends of the segment pass the triangle";
   EXPECT_NEAR(frames[0]["earliest_toi"].get<double>(), 0.5, 1e-5);
+  EXPECT_THAT(run("detect " + input, "2>/dev/null").out,
+              HasSubstr("\n1 step of 2 triangles, 1 edge, 6 vertices: 2 contacts (2 vf"));
   const std::string notes = run("detect " + input + " --json -", "2>&1 >/dev/null").out;
   EXPECT_THAT(notes, HasSubstr("warmfront: note: " + folder.file("t0.obj") +
                                ": vertices in no face and no edge: 1 of 6;"));
