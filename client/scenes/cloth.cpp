@@ -3,6 +3,7 @@
 #include "client/scenes/cloth.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace warmfront::client::scenes {
@@ -134,6 +135,77 @@ void Cloth::separate_layers() {
   }
 }
 
+void Cloth::satisfy_tethers() {
+  for (const Link& tether : tethers_) {
+    const Vec3 apart = positions_[tether.p] - positions_[tether.q];
+    const double distance = norm(apart);
+    if (distance > tether.length) positions_[tether.p] -= ((distance - tether.length) / distance) * apart;
+  }
+}
+
+Cloth::Patch Cloth::patch_of(const Laid& laid) const {
+  const int r = std::clamp(static_cast<int>(laid.row), 0, laid.rows - 1);
+  const int c = std::clamp(static_cast<int>(laid.column), 0, laid.columns - 1);
+  const double s = laid.row - r, t = laid.column - c;
+  const auto at = [&](int row, int column) {
+    return laid.first + static_cast<std::uint32_t>(row * (laid.columns + 1) + column);
+  };
+  Patch patch{{at(r, c), at(r, c + 1), at(r + 1, c), at(r + 1, c + 1)},
+              {(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t},
+              {},
+              {}};
+  const auto x = [&](int corner) { return positions_[patch.corners.at(static_cast<std::size_t>(corner))]; };
+  patch.along_rows = (1 - t) * (x(2) - x(0)) + t * (x(3) - x(1));
+  patch.along_columns = (1 - s) * (x(1) - x(0)) + s * (x(3) - x(2));
+  return patch;
+}
+
+void Cloth::stay_above() {
+  constexpr int kWalks = 3;          // towards the place below, a cell at most
+  constexpr double kSticking = 0.5;  // of the way along the grid, taken back
+  constexpr double kYielding = 0.3;  // of the depth, by which the grid gives way
+  for (Laid& laid : laid_) {
+    Vec3& x = positions_[laid.p];
+    Patch patch{};
+    const auto place = [&](const std::vector<Vec3>& positions) {
+      Vec3 sum;
+      for (std::size_t k = 0; k < 4; ++k) sum += patch.weights[k] * positions[patch.corners[k]];
+      return sum;
+    };
+    bool beside = false;
+    for (int walk = 0; walk < kWalks; ++walk) {
+      patch = patch_of(laid);
+      const Vec3 u = patch.along_rows, v = patch.along_columns, out = x - place(positions_);
+      const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), det = uu * vv - uv * uv;
+      if (!(det > 0)) break;
+      const double rows = std::clamp((dot(out, u) * vv - dot(out, v) * uv) / det, -1.0, 1.0);
+      const double columns = std::clamp((dot(out, v) * uu - dot(out, u) * uv) / det, -1.0, 1.0);
+      const double row = std::clamp(laid.row + rows, 0.0, 1.0 * laid.rows);
+      const double column = std::clamp(laid.column + columns, 0.0, 1.0 * laid.columns);
+      beside = std::abs(row - laid.row - rows) + std::abs(column - laid.column - columns) > 0.5;
+      laid.row = row;
+      laid.column = column;
+    }
+    patch = patch_of(laid);
+    const Vec3 across = cross(patch.along_columns, patch.along_rows);
+    const double area = norm(across);
+    if (beside || area == 0) continue;
+    const Vec3 normal = (1 / area) * across;
+    const double depth = laid.distance - dot(x - place(positions_), normal);
+    if (depth <= 0) continue;
+    double squares = 0;
+    for (const double weight : patch.weights) squares += weight * weight;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::uint32_t corner = patch.corners[k];
+      positions_[corner] -= (kYielding * depth * mobility_[corner] * patch.weights[k] / squares) * normal;
+    }
+    x += (laid.distance - dot(x - place(positions_), normal)) * normal;
+    Vec3 slide = x - previous_[laid.p] - (place(positions_) - place(previous_));
+    slide -= dot(slide, normal) * normal;
+    x -= kSticking * slide;
+  }
+}
+
 void Cloth::leave_obstacles(double seconds, std::span<const Obstacle> obstacles) {
   for (std::size_t p = 0; p < positions_.size(); ++p) {
     if (mobility_[p] == 0) continue;
@@ -172,7 +244,9 @@ void Cloth::substep(double seconds, std::span<const Obstacle> obstacles) {
     positions_[p] += seconds * velocities_[p];
   }
   satisfy_links();
+  satisfy_tethers();
   separate_layers();
+  stay_above();
   leave_obstacles(seconds, obstacles);
   for (std::size_t p = 0; p < positions_.size(); ++p) {
     if (mobility_[p] == 0) continue;

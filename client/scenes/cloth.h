@@ -3,6 +3,7 @@
 // operations. It needs to be plausible and reproducible, not accurate. Used by one thread at a time.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -35,6 +36,19 @@ class Cloth {
     std::erase_if(links_, [&](const Link& link) { return link.p == p && link.q == q; });
   }
 
+  /// Keeps a particle no farther from a pinned one than `stretch` times their distance now (long range
+  /// attachments: Kim, Chentanez and Mueller 2012): however fine the grid, it hangs no deeper.
+  void tether(std::uint32_t p, std::uint32_t pinned, double stretch) {
+    tethers_.push_back({p, pinned, stretch * norm(positions_[p] - positions_[pinned]), 1});
+  }
+
+  /// Particle `p` stays on its side of the grid of link_grid() without wrapping, by `distance`, however fast
+  /// it falls; it begins above the cell coordinates (row, column), and sticks where it lands.
+  void lay_on_grid(std::uint32_t p, std::uint32_t first, int rows, int columns, double row, double column,
+                   double distance) {
+    laid_.push_back({p, first, rows, columns, row, column, distance});
+  }
+
   /// Particle `p` is moved by move_pinned() only.
   void pin(std::uint32_t p);
   void move_pinned(std::uint32_t p, Vec3 to) { positions_[p] = to; }
@@ -55,7 +69,24 @@ class Cloth {
   };
 
   void link(std::uint32_t p, std::uint32_t q, double stiffness);
+  /// A particle over a grid: what is below it is at these cell coordinates.
+  struct Laid {
+    std::uint32_t p, first;
+    int rows, columns;
+    double row, column;
+    double distance;
+  };
+  /// A place of a grid: the four corners of its cell, and their weights.
+  struct Patch {
+    std::array<std::uint32_t, 4> corners;
+    std::array<double, 4> weights;
+    Vec3 along_rows, along_columns;  ///< how the place moves with its coordinates
+  };
+
+  Patch patch_of(const Laid& laid) const;
   void satisfy_links();
+  void satisfy_tethers();
+  void stay_above();
   void separate_layers();
   void leave_obstacles(double seconds, std::span<const Obstacle> obstacles);
 
@@ -65,6 +96,8 @@ class Cloth {
   std::vector<Vec3> velocities_;
   std::vector<double> mobility_;  ///< inverse mass: 1, or 0 when pinned
   std::vector<Link> links_;
+  std::vector<Link> tethers_;  // q is pinned
+  std::vector<Laid> laid_;
   double thickness_ = 0;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_;
 };

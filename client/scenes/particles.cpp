@@ -9,8 +9,11 @@ namespace warmfront::client::scenes {
 namespace {
 
 constexpr double kSide = 2;
-constexpr double kHeight = 1.2;
+constexpr double kHeight = 1.5;  // the cloth hangs far above the floor that Cloth has
+constexpr double kStretch = 1.08;
 constexpr int kSubsteps = 8;
+// In cells: how near particles come to the cloth and to each other, and what counts as contact.
+constexpr double kTouching = 0.55, kThickness = 0.6;
 constexpr std::uint32_t kTrianglesAParticle = 20;
 
 struct Size {
@@ -42,7 +45,7 @@ Shapes make_shapes(Size size) {
                                kHeight + 0.1 + layer * spacing + jitter() / 2});
   }
   shapes.end_body("particles", BodyKind::kDeformable);
-  shapes.scene.bodies.back().thickness = 0.6 * size.cell;
+  shapes.scene.bodies.back().thickness = kThickness * size.cell;
   return shapes;
 }
 
@@ -50,14 +53,23 @@ class Particles final : public Model {
  public:
   explicit Particles(Size size) : Model(make_shapes(size)), size_(size), all_(shapes_.vertices) {
     all_.link_grid(0, size.cloth, size.cloth, false);
+    const auto of_cloth = static_cast<std::uint32_t>((size.cloth + 1) * (size.cloth + 1));
     for (const int row : {0, size.cloth})
-      for (const int column : {0, size.cloth})
-        all_.pin(static_cast<std::uint32_t>(row * (size.cloth + 1) + column));
+      for (const int column : {0, size.cloth}) {
+        const auto corner = static_cast<std::uint32_t>(row * (size.cloth + 1) + column);
+        all_.pin(corner);
+        for (std::uint32_t p = 0; p < of_cloth; ++p)
+          if (p != corner) all_.tether(p, corner, kStretch);
+      }
+    for (std::uint32_t p = of_cloth; p < of_cloth + size.particles; ++p) {
+      const Vec3 x = shapes_.vertices[p];
+      all_.lay_on_grid(p, 0, size.cloth, size.cloth, (x.y + kSide / 2) / size.cell,
+                       (x.x + kSide / 2) / size.cell, kTouching * size.cell);
+    }
   }
 
   void advance() override {
-    // Nearer than what counts as contact: they touch.
-    all_.find_neighbours(0.55 * size_.cell);
+    all_.find_neighbours(kTouching * size_.cell);
     for (int s = 0; s < kSubsteps; ++s) all_.substep(kFrameSeconds / kSubsteps, {});
     std::copy(all_.positions().begin(), all_.positions().end(), positions_.begin());
   }

@@ -3,10 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "client/scenes/catalog.h"
 #include "client/scenes/math.h"
@@ -83,6 +87,51 @@ INSTANTIATE_TEST_SUITE_P(Builtin, EveryScene,
                              if (c == '-') c = '_';
                            return name;
                          });
+
+// However fine the cloth, all particles come to lie on it, none falls through, and there is no floor that the
+// scene lacks.
+TEST(Particles, RestOnTheCloth) {
+  for (const std::uint32_t triangles : {1'000U, 4'000U, 20'000U}) {
+    SCOPED_TRACE(triangles);
+    const auto animation =
+        make_animation(parse_scene_spec("particles?triangles=" + std::to_string(triangles)).value());
+    const SceneDescription& scene = animation->scene();
+    const std::uint32_t particles = scene.bodies[1].first_vertex;
+    const double cell = 2 / std::sqrt(scene.faces.size() / 2.0);
+    for (const std::uint32_t frame : {15U, 30U, 59U}) {
+      const std::vector<float>& x = animation->frame(frame);
+      const auto at = [&](std::uint32_t v) { return Vec3{x[3 * v], x[3 * v + 1], x[3 * v + 2]}; };
+      std::map<std::pair<int, int>, std::vector<std::uint32_t>> columns;  // of the cloth, from above
+      const double wide = 2 * cell;
+      const auto column = [&](Vec3 p) {
+        return std::pair(static_cast<int>(std::floor(p.x / wide)), static_cast<int>(std::floor(p.y / wide)));
+      };
+      double lowest = 9;
+      for (std::uint32_t v = 0; v < particles; ++v) {
+        columns[column(at(v))].push_back(v);
+        lowest = std::min(lowest, at(v).z);
+      }
+      EXPECT_GT(lowest, 0.5) << "the floor is at 0";
+      std::size_t below = 0, above = 0;
+      for (std::uint32_t p = particles; p < scene.vertex_count; ++p) {
+        const auto [i, j] = column(at(p));
+        double under = -9, nearest = 9;
+        for (int a = i - 1; a <= i + 1; ++a)
+          for (int b = j - 1; b <= j + 1; ++b)
+            for (const std::uint32_t v : columns[{a, b}]) {
+              const Vec3 apart = at(p) - at(v);
+              if (norm(apart) < nearest) under = apart.z;
+              nearest = std::min(nearest, norm(apart));
+            }
+        below += under < -0.1 * cell;
+        above += nearest > 1.5 * cell;
+      }
+      EXPECT_EQ(below, 0U) << "frame " << frame;
+      if (frame < 59) continue;
+      EXPECT_LE(above, (scene.vertex_count - particles) / 50) << "not at rest yet";
+    }
+  }
+}
 
 // Each part is a sound scene, and begins where the one before it ends, but for the vertices that came apart.
 TEST(Cut, ChangesItsTopologyAsItIsTorn) {
