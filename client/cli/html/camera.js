@@ -8,6 +8,27 @@ const unit = a => scaled(a, 1 / Math.hypot(...a));
 
 const size = Math.hypot(...extent) || 1;
 const middle = [0, 0, 0];
+const margin = 1.06;  // around the scene
+// How the camera's x and y are scaled: half of the field of view is 0.3, of the height, or of a narrow page's width.
+const scaleOf = aspect => {
+  const f = 1 / Math.tan(0.3);
+  return aspect < 1 ? [f, f * aspect] : [f / aspect, f];
+};
+
+// The corners of those cells of the bounding box in which anything ever is: what a view of all must contain.
+function reachedCorners() {
+  const cells = 24, reached = new Uint8Array(cells ** 3);
+  const cell = at => Math.floor(positions[at] * cells / 65536);
+  for (let i = 0; i < positions.length; i += 3) reached[(cell(i) * cells + cell(i + 1)) * cells + cell(i + 2)] = 1;
+  const corners = [];
+  reached.forEach((is, at) => {
+    if (!is) return;
+    const low = [Math.floor(at / cells ** 2), Math.floor(at / cells) % cells, at % cells];
+    for (let i = 0; i < 8; ++i) corners.push(low.map((n, axis) => extent[axis] * ((n + (i >> axis & 1)) / cells - 0.5)));
+  });
+  return corners;
+}
+const scope = reachedCorners();
 
 const camera = {
   up: "z",
@@ -15,7 +36,17 @@ const camera = {
     this.center = middle;
     this.turn = 0.6;
     this.tilt = 0.32;
-    this.distance = 1.06 * size;
+    this.distance = 2 * size;
+    this.fitted = "";
+  },
+  // Until the view is turned, moved or zoomed, the scene is in it whole, whatever the aspect.
+  fit(aspect) {
+    const asked = `${aspect} ${this.up}`;
+    if (this.fitted === null || this.fitted === asked) return;
+    this.fitted = asked;
+    const [x, y, z] = this.axes(), p = scaleOf(aspect);
+    const needed = c => dot(c, z) + margin * Math.max(p[0] * Math.abs(dot(c, x)), p[1] * Math.abs(dot(c, y)));
+    this.distance = scope.reduce((most, c) => Math.max(most, needed(c)), 0.1 * size);
   },
   // The direction from the centre to the eye.
   back() {
@@ -28,23 +59,28 @@ const camera = {
     return [right, cross(back, right), back];
   },
   rotate(dx, dy) {
+    this.fitted = null;
     this.turn -= dx;
     this.tilt = Math.min(1.55, Math.max(-1.55, this.tilt + dy));
   },
   move(dx, dy) {
+    this.fitted = null;
     const [right, up] = this.axes();
     this.center = plus(this.center, plus(scaled(right, -dx * this.distance), scaled(up, dy * this.distance)));
   },
   zoom(factor) {
+    this.fitted = null;
     this.distance = Math.min(20 * size, Math.max(0.005 * size, this.distance * factor));
   },
   matrix(aspect) {
+    this.fit(aspect);
     const [x, y, z] = this.axes();
     const eye = plus(this.center, scaled(z, this.distance));
     const away = Math.hypot(...plus(eye, scaled(middle, -1)));
-    const near = Math.max(away - 0.55 * size, 0.005 * size), far = away + 0.55 * size;
-    const f = 1 / Math.tan(0.3);  // half of the vertical field of view
-    const p = aspect < 1 ? [f, f * aspect] : [f / aspect, f];  // a narrow page shows as much at the sides
+    // All that is drawn: the box, with what arcs have beside it, and the grids of half-spaces.
+    const reach = halfSpaces.length > 0 ? 2.5 : size;
+    const near = Math.max(away - reach, 0.005 * size), far = away + reach;
+    const p = scaleOf(aspect);
     const a = (far + near) / (near - far), b = 2 * far * near / (near - far);
     const t = [-dot(x, eye), -dot(y, eye), -dot(z, eye)];
     return new Float32Array([
