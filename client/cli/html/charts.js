@@ -3,10 +3,11 @@
 const left = 46, right = 6, top_ = 6, bottom = 16;  // margins, in pixels
 const number = x => x.toLocaleString("en", { maximumFractionDigits: x < 10 ? 3 : x < 100 ? 2 : 0 });
 
-// 0 and one to three round numbers above it.
-function niceMarks(most) {
+// 0 and one to three round numbers above it, of what is counted whole ones.
+function niceMarks(most, whole) {
   const power = 10 ** Math.floor(Math.log10(most));
-  const step = [5, 2, 1, 0.5].map(s => s * power).find(s => most / s >= 1.6) ?? power / 2;
+  const steps = [5, 2, 1, 0.5].map(s => s * power).filter(s => !whole || Number.isInteger(s));
+  const step = steps.find(s => most / s >= 1.6) ?? (whole ? 1 : power / 2);
   return Array.from({ length: Math.floor(most / step + 1e-9) + 1 }, (_, i) => i * step).slice(0, 4);
 }
 
@@ -18,6 +19,7 @@ function makeChart(id, series, seek, tip) {
   const usual = sorted[Math.floor(0.97 * (sorted.length - 1))];
   const highest = sorted[sorted.length - 1];
   const most = highest > 2.5 * usual && usual > 0 ? 1.15 * usual : highest || 1;
+  const whole = totals.every(Number.isInteger);
   let width = 0, height = 0;
   const x = t => left + (width - left - right) * t / stepCount;
   const y = value => height - bottom - (height - bottom - top_) * Math.min(value, most) / most;
@@ -27,7 +29,7 @@ function makeChart(id, series, seek, tip) {
     height = svg.clientHeight;
     svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     let marks = "";
-    for (const value of niceMarks(most)) {
+    for (const value of niceMarks(most, whole)) {
       marks += `<path class="grid" d="M${left} ${y(value)}H${width - right}"/>` +
                `<text x="${left - 5}" y="${y(value) + 3}" text-anchor="end">${number(value)}</text>`;
     }

@@ -41,6 +41,22 @@ const partOf = k => {
   while (p > 0 && parts[p].first_step >= k) --p;
   return parts[p];
 };
+const facesOf = part => faces.subarray(part.faces, part.faces + 3 * part.triangles);
+const loneEdgesOf = part => loneEdges.subarray(part.loneEdges, part.loneEdges + 2 * part.edges);
+// 1 for each vertex of a face.
+function facedVertices(part) {
+  const faced = new Uint8Array(part.vertices);
+  for (const v of facesOf(part)) faced[v] = 1;
+  return faced;
+}
+const isFaced = ({ first_vertex, vertex_count }, faced) => faced.subarray(first_vertex, first_vertex + vertex_count).includes(1);
+// The vertices in no face and no edge.
+function pointsOf(part) {
+  const used = facedVertices(part);
+  for (const v of loneEdgesOf(part)) used[v] = 1;
+  return Uint32Array.from(used.keys()).filter(v => used[v] === 0);
+}
+
 const stepCount = scene.steps.length;
 
 // Time t counts frames from the first. Steps: step k (from 1) is under way in (k - 1, k]. States: step k is frame k - 1 as it

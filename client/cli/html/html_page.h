@@ -4,6 +4,7 @@
 // one thread at a time.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
@@ -20,17 +21,19 @@ namespace warmfront::client {
 /// What was asked. The number of a row's kind is in the order of the kinds named here; its vertices are as
 /// ContactRecord or, where said, others have them.
 enum class PageOf : std::uint8_t {
-  /// From frame to frame: vertex-face, edge-edge and vertex-half-space contacts, by their time of impact.
+  /// From frame to frame: vertex-face, edge-edge, vertex-half-space, vertex-edge and vertex-vertex contacts,
+  /// by
+  /// their time of impact.
   kSteps,
   kNear,          ///< of each frame: the same kinds of pairs, by the share of what counts as near
-  kClosestPairs,  ///< the same of closest pairs: by ClosestFeatures, and as Stencil has them
+  kClosestPairs,  ///< the same of closest pairs: by ClosestFeatures, then half-spaces'; as Stencil has them
   kTangled,       ///< of each frame: an edge and a face, by five vertices
 };
 
-/// Of kSteps and kNear, the number of a kind on the page.
+/// Of kSteps and kNear, the number of a kind on the page; edge-face is no such kind.
 constexpr std::uint8_t page_kind(ContactKind kind) {
-  constexpr std::uint8_t kOfHalfSpaces = 2;
-  return kind == ContactKind::kVertexHalfSpace ? kOfHalfSpaces : static_cast<std::uint8_t>(tested_as(kind));
+  constexpr std::array<std::uint8_t, kContactKinds> kNumbers{0, 1, 0, 3, 4, 2};
+  return kNumbers.at(static_cast<std::size_t>(kind));
 }
 
 /// What the page carries, each in a <script> of its own: `scene`, JSON; and in base64, little-endian: `faces`

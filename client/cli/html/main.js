@@ -9,7 +9,7 @@ function words(t) {
   const count = isAsked(t) ? totalOf(k - 1) : 0;
   const listed = end - first;
   const frame = states ? scene.steps[k - 1] : (firstFrame + t).toFixed(2);
-  return `frame ${frame}, ${number(count)} ${states && count === 1 ? asked.thing : asked.things}` +
+  return `frame ${frame}, ${number(count)} ${count === 1 ? asked.thing : asked.things}` +
          (count > listed ? ` (${number(listed)} listed)` : "");
 }
 
@@ -51,7 +51,7 @@ function play(on) {
 }
 
 const charts = [
-  makeChart("contacts-chart", asked.kinds.map(name => ({ name, values: asked.counts[name] })), seek, showTip),
+  makeChart("contacts-chart", asked.shown.map(name => ({ name, values: asked.counts[name] })), seek, showTip),
   makeChart("times-chart", asked.stages.map(name => ({ name, values: scene.ms[name] })), seek, showTip),
 ];
 
@@ -66,8 +66,8 @@ function title() {
 
 // What marks and colours stand for. Of states only the kinds that occur, or all where none does.
 function legends() {
-  const occur = asked.kinds.filter(kind => !states || asked.counts[kind].some(count => count > 0));
-  const named = occur.length > 0 ? occur : asked.kinds;
+  const occur = asked.shown.filter(kind => !states || asked.counts[kind].some(count => count > 0));
+  const named = occur.length > 0 ? occur : asked.shown;
   const key = (name, text) => `<span class="key ${name}">${text}</span> `;
   document.querySelectorAll(".things").forEach(span => { span.textContent = asked.things; });
   document.querySelector("#legend .name").textContent = asked.ramp ? asked.ramp.name : asked.how;
@@ -75,7 +75,8 @@ function legends() {
   document.querySelector("#legend .marks").innerHTML =
     named.map(kind => `<span><span class="${kinds[kind].mark}"></span>${kinds[kind].name}</span>`).join(" ");
   byId("ramp").hidden = !asked.ramp;
-  byId("contacts-keys").innerHTML = named.map(kind => key(kind, kinds[kind].name)).join("");
+  const nameOf = kind => kinds[kind].name + (kind === "ee" && asked.counts !== scene.rows ? orOfPoints : "");
+  byId("contacts-keys").innerHTML = named.map(kind => key(kind, nameOf(kind))).join("");
   byId("times-keys").innerHTML = asked.stages.length > 1 ? asked.stages.map(stage => key(stage, stage)).join("") : "";
   canvas.setAttribute("aria-label", `The meshes, with ${asked.coloured}`);
   byId("contacts-chart").setAttribute("aria-label", `${asked.things[0].toUpperCase()}${asked.things.slice(1)} of each frame`);

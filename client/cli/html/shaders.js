@@ -70,7 +70,8 @@ out vec4 pixel;
 void main() {
   vec2 p = 2.0 * gl_PointCoord - 1.0;
   float r = length(p);
-  if (kind > 2.5) r = 1.3 * max(abs(p.x), abs(p.y));
+  if (kind > 3.5) r = 2.0 * max(-p.y, 0.866 * abs(p.x) + 0.5 * p.y);
+  else if (kind > 2.5) r = 1.3 * max(abs(p.x), abs(p.y));
   else if (kind > 1.5) r = 2.0 * max(p.y, 0.866 * abs(p.x) - 0.5 * p.y);
   else if (kind > 0.5) r = abs(p.x) + abs(p.y);
   if (r > 1.0) discard;

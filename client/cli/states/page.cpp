@@ -57,7 +57,8 @@ double StatesPage::thickness_of(std::span<const std::uint32_t> vertices) const {
 }
 
 void StatesPage::add_rows(const ContactTable& table, double distance) {
-  std::array<std::uint64_t, 4> counts{};  // by ClosestFeatures
+  constexpr std::array kNames{"vv", "ev", "ee", "fv", "vh"};  // by ClosestFeatures, and of half-spaces
+  std::array<std::uint64_t, kNames.size()> counts{};
   for (std::size_t i = 0; i < table.size(); ++i) {
     const std::span<const std::uint32_t> row = table.vertices[i];
     const std::size_t first = vertices_of_first(table.kind[i]);  // vertices of the first one
@@ -68,14 +69,14 @@ void StatesPage::add_rows(const ContactTable& table, double distance) {
     if (page_.asked() == PageOf::kClosestPairs) {
       Stencil closest = stencil_of(table.kind[i], table.vertices[i], table.stencil[i]);
       if (of_half_space) closest.vertices.fill(row[0]);
-      ++counts.at(static_cast<std::size_t>(closest.kind));
-      page_.add_row(closest.vertices, static_cast<std::uint8_t>(closest.kind), value);
+      const std::size_t kind = of_half_space ? kNames.size() - 1 : static_cast<std::size_t>(closest.kind);
+      ++counts.at(kind);
+      page_.add_row(closest.vertices, static_cast<std::uint8_t>(kind), value);
     } else {
       page_.add_row(row, page_kind(table.kind[i]), value);
     }
   }
   if (page_.asked() != PageOf::kClosestPairs) return;
-  constexpr std::array kNames{"vv", "ev", "ee", "fv"};
   for (std::size_t i = 0; i < kNames.size(); ++i) columns_["rows"][kNames[i]].push_back(counts[i]);
 }
 

@@ -9,7 +9,7 @@ from conftest import run
 from page import blob, browse, needs_browser, scene_of
 
 FRAMES = range(4, 13)
-CLOSEST = ["vv", "ev", "ee", "fv"]
+CLOSEST = ["vv", "ev", "ee", "fv", "vh"]
 
 
 def ask(where, folder, verb, *options, code=0):
@@ -174,7 +174,7 @@ def test_in_a_browser(verb, size, folder, tmp_path, request):
         assert seen["tip"].startswith(f"frame 4 {first['vf']} vertex-face, {first['ee']} edge-edge")
     elif verb == "closest":
         assert seen["bars"] == 5 and "of " in seen["tip"] and "least distance" in seen["tip"]
-        named = ["vertex-vertex", "edge-vertex", "edge-edge", "face-vertex"]
+        named = ["vertex-vertex", "edge-vertex", "edge-edge", "face-vertex", "vertex-half-space"]
         assert [name in seen["legend"] for name in named] == [any(scene_of(page.read_text())["rows"][kind]) for kind in CLOSEST]
     else:
         assert seen["bars"] == 2 and seen["captions"][0] == "pairs a frame edge-face"
