@@ -100,7 +100,7 @@ std::vector<ContactRecord> DetectOutputs::with_continuity(const std::vector<Cont
   return told;
 }
 
-Status DetectOutputs::step(const FrameSteps& steps, const StepAnswer& answer) {
+Status DetectOutputs::step(const FrameSteps& steps, const StepAnswer& answer, std::span<const Twist> twists) {
   if (contacts_) {
     const std::vector<ContactRecord> told =
         continuity_ ? with_continuity(answer.contacts) : std::vector<ContactRecord>();
@@ -114,6 +114,7 @@ Status DetectOutputs::step(const FrameSteps& steps, const StepAnswer& answer) {
   }
   if (page_) {
     page_->add_frame(steps.end());
+    page_->add_twists(twists);
     if (Status status = add_contacts(*page_, answer.contacts); !status) return status;
   }
   return {};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "client/cli/html/html_page.h"
 #include "client/io/contact_writer.h"
 #include "client/io/vtp_mesh_writer.h"
+#include "engine/screw.h"
 
 namespace warmfront::client {
 
@@ -50,8 +52,8 @@ class DetectOutputs {
   std::uint64_t rows() const { return rows_; }
   /// Is there any output? Then each answer must be taken before the next step.
   bool any() const { return contacts_ || meshes_ || page_; }
-  /// Writes the current step of `steps`, and its answer.
-  Status step(const FrameSteps& steps, const StepAnswer& answer);
+  /// Writes the current step of `steps`, its answer, and the twists of the bodies that move along a screw.
+  Status step(const FrameSteps& steps, const StepAnswer& answer, std::span<const Twist> twists);
   /// Writes buffered data; fails when any data did not reach its file.
   Status close(const DetectReport& report);
 

@@ -243,7 +243,7 @@ Status DetectRun::step_through(FrameSteps& steps) {
       if (Status status = explanation_->step(frames_->placed(), answer, bytes, all_bytes); !status)
         return status;
     }
-    if (Status status = outputs_->step(steps, answer); !status) return status;
+    if (Status status = outputs_->step(steps, answer, frames_->twists()); !status) return status;
     report_.frames.push_back({number, answer.vf, answer.ee, answer.vh, answer.possible, answer.earliest_toi,
                               answer.statistics, bytes});
     if (table_) {

@@ -62,6 +62,8 @@ FrameModel::FrameModel(const SceneDescription& scene, SendMode mode, const Posit
     : scene_(scene), mode_(mode) {
   std::visit([&](auto values) { rest_.assign(values.begin(), values.end()); }, first);
   placed_ = rest_;
+  poses_before_.resize(screw_count(scene.bodies));
+  twists_.resize(poses_before_.size());
 }
 
 Frame FrameModel::next(const Positions& end) {
@@ -129,6 +131,12 @@ Frame FrameModel::next_of(std::span<const Real> end, std::vector<Real>& rows) {
   }
   for (const std::uint32_t v : vertices_) {
     for (int axis = 0; axis < 3; ++axis) rows.push_back(end[std::size_t{3} * v + axis]);
+  }
+  std::size_t along_screw = 0;
+  for (const BodyPose& posed : poses_) {
+    if (!scene_.bodies[posed.body].screw) continue;
+    twists_[along_screw] = twist_between(poses_before_[along_screw], posed.pose);
+    poses_before_[along_screw++] = posed.pose;
   }
   bytes_ += poses_.size() * 12 * sizeof(Real) + vertices_.size() * (4 + 3 * sizeof(Real));
   Frame frame;

@@ -10,6 +10,7 @@
 #include "engine/frame.h"
 #include "engine/result.h"
 #include "engine/scene.h"
+#include "engine/screw.h"
 
 namespace warmfront::client {
 
@@ -46,6 +47,9 @@ class FrameModel {
   std::span<const double> placed() const { return placed_; }
   /// The last frame's bytes on the wire.
   std::uint64_t bytes() const { return bytes_; }
+  /// Of each body that moves along a screw, in turn, the twist of its last motion: as the
+  /// engine has it where the body is posed, else none.
+  std::span<const Twist> twists() const { return twists_; }
   /// Largest distance so far of a posed vertex from its given position.
   double residual() const { return residual_; }
 
@@ -61,6 +65,8 @@ class FrameModel {
   std::vector<double> placed_;
   std::vector<BodyPositions> bodies_;
   std::vector<BodyPose> poses_;
+  std::vector<Pose> poses_before_;  // of each body that moves along a screw
+  std::vector<Twist> twists_;
   std::vector<std::uint32_t> vertices_;
   std::vector<float> floats_;  // rows of the single vertices
   std::vector<double> doubles_;

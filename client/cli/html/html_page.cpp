@@ -107,7 +107,7 @@ std::vector<std::uint16_t> quantize(const PositionBuffer& frame, const Quantizer
   return steps;
 }
 
-Json bodies_of(const SceneDescription& scene) {
+Json bodies_of(const SceneDescription& scene, PageOf asked) {
   static constexpr std::array kNames{"deformable", "rigid", "static", "removed"};
   Json bodies = Json::array();
   for (const Body& body : scene.bodies) {
@@ -115,6 +115,7 @@ Json bodies_of(const SceneDescription& scene) {
                       {"first_vertex", body.first_vertex},
                       {"vertex_count", body.vertex_count},
                       {"kind", kNames.at(static_cast<std::size_t>(body.kind))}});
+    if (asked == PageOf::kSteps && body.screw) bodies.back()["screw"] = true;
     if (body.half_space && body.kind != BodyKind::kRemoved)
       bodies.back()["half_space"] = {{"point", body.half_space->point}, {"normal", body.half_space->normal}};
   }
@@ -124,11 +125,11 @@ Json bodies_of(const SceneDescription& scene) {
   return bodies;
 }
 
-Json contents_of(const SceneDescription& scene) {
+Json contents_of(const SceneDescription& scene, PageOf asked) {
   return {{"vertices", scene.vertex_count},
           {"triangles", scene.faces.size()},
           {"edges", scene.edges.size()},
-          {"bodies", bodies_of(scene)}};
+          {"bodies", bodies_of(scene, asked)}};
 }
 
 /// JSON in which an HTML parser finds no end of the script.
@@ -173,12 +174,19 @@ std::uint64_t HtmlPage::size() const {
     edges += part.scene.edges.size();
   }
   return base64_size(6 * positions) + base64_size(12 * faces) + base64_size(8 * edges) +
+         base64_size(8 * twists_.size()) +
          base64_size(4 * row_vertices_.size() + 4 * row_values_.size() + row_kinds_.size());
 }
 
 void HtmlPage::add_frame(const Positions& positions) {
   std::visit([&](auto values) { positions_.emplace_back(std::vector(values.begin(), values.end())); },
              positions);
+}
+
+void HtmlPage::add_twists(std::span<const Twist> twists) {
+  for (const Twist& twist : twists)
+    for (const auto& part : {twist.angular, twist.centre, twist.linear})
+      twists_.insert(twists_.end(), part.begin(), part.end());
 }
 
 void HtmlPage::add_row(std::span<const std::uint32_t> vertices, std::uint8_t kind, double value) {
@@ -217,6 +225,7 @@ Status HtmlPage::write(const std::string& path, const Json& told) const {
     steps.insert(steps.end(), next.begin(), next.end());
   }
   write_blob<std::uint16_t>(file, "positions", steps);
+  if (!twists_.empty()) write_blob<double>(file, "twists", twists_);
   write_blob<std::uint32_t>(file, "contact-v", row_vertices_);
   if (!values_name().empty()) write_blob<float>(file, values_name(), row_values_);
   write_blob<std::uint8_t>(file, "contact-kind", row_kinds_);
@@ -228,10 +237,10 @@ Status HtmlPage::write(const std::string& path, const Json& told) const {
             {"quantum", quantizer.quantum},
             {"error", error},
             {"contact_ends", row_ends_}};
-  json.update(contents_of(parts_.front().scene));
+  json.update(contents_of(parts_.front().scene, asked_));
   for (const Part& part : parts_) {
     if (parts_.size() == 1) break;
-    Json& listed = json["parts"].emplace_back(contents_of(part.scene));
+    Json& listed = json["parts"].emplace_back(contents_of(part.scene, asked_));
     listed["first_step"] = part.first_step;
   }
   json.update(told);

@@ -15,6 +15,7 @@
 #include "client/io/mesh.h"
 #include "engine/result.h"
 #include "engine/scene.h"
+#include "engine/screw.h"
 
 namespace warmfront::client {
 
@@ -39,10 +40,11 @@ constexpr std::uint8_t page_kind(ContactKind kind) {
 /// What the page carries, each in a <script> of its own: `scene`, JSON; and in base64, little-endian: `faces`
 /// (m, 3) and `lone-edges` (k, 2) uint32; `positions` (frames, n, 3) uint16, in quanta from the origin;
 /// `contact-v` (k, 4), or (k, 5) of kTangled, uint32; `contact-kind` (k) uint8; and (k) float32: of steps
-/// `contact-toi`, of kNear and kClosestPairs `contact-share`. A step is from one frame to the next; else a
-/// frame is a step of its own. Where the topology changes, `parts` in `scene` says what each part has, and
-/// from which step on; faces, edges and positions are those of the parts in turn, and a part's first frame
-/// stands for the same moment as the last one before it.
+/// `contact-toi`, of kNear and kClosestPairs `contact-share`. Of steps with bodies along screws, `twists`
+/// (steps, bodies, 9) float64. A step is from one frame to the next; else a frame is a step of its own. Where
+/// the topology changes, `parts` in `scene` says what each part has, and from which step on; faces, edges and
+/// positions are those of the parts in turn, and a part's first frame stands for the same moment as the last
+/// one before it.
 class HtmlPage {
  public:
   /// A page for `frames` frames of the scene, the first one included. kResourceExhausted, naming sizes and
@@ -58,6 +60,8 @@ class HtmlPage {
 
   /// The positions of each frame in turn.
   void add_frame(const Positions& positions);
+  /// Of kSteps: the twist of each body that moves along a screw in the step at hand.
+  void add_twists(std::span<const Twist> twists);
   /// A row of the step at hand, by 4 or 5 vertices; `value` is what colours it.
   void add_row(std::span<const std::uint32_t> vertices, std::uint8_t kind, double value);
   /// Ends a step's rows. kResourceExhausted when the page would be larger than its limit.
@@ -86,6 +90,7 @@ class HtmlPage {
   std::vector<Part> parts_;
   std::uint64_t limit_ = 0;
   std::vector<PositionBuffer> positions_;  // by frame
+  std::vector<double> twists_;             // angular, centre and linear of each body's, by step
   std::vector<std::uint32_t> row_vertices_;
   std::vector<std::uint8_t> row_kinds_;
   std::vector<float> row_values_;        // empty where there are none

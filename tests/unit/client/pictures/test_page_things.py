@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages of what is no triangle mesh alone: points, edges and half-spaces."""
+"""Pages of what is no triangle mesh alone: points, edges, half-spaces and bodies along screws."""
 import csv
 import json
 
@@ -22,6 +22,36 @@ def write_scene(folder, frames, bodies, faces=(), edges=()):
     for k, vertices in enumerate(frames):
         write_ply(folder / f"t{k}.ply", vertices, faces, edges)
     (folder / "info.json").write_text(json.dumps({"bodies": bodies}))
+
+
+def box(half, centre=(0, 0, 0)):
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half + centre
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+
+
+AXIS = np.array([1, 2, 2]) / 3
+
+
+def turned_rod(share, angle=2.0, along=0.4):
+    """A rod, this share of the way along a screw about an axis that is not its own."""
+    k = np.cross(np.eye(3), AXIS)
+    rotation = np.eye(3) + np.sin(share * angle) * k + (1 - np.cos(share * angle)) * k @ k
+    around = np.array([0.3, 0.2, -0.1])
+    return (box([1, 0.1, 0.1])[0] - around) @ rotation.T + around + share * along * AXIS
+
+
+def detect_rod(where, shares):
+    """The page of the rod at these shares of the way; small faces far out keep the view the same."""
+    where.mkdir()
+    small = 0.1 * np.eye(3)
+    static = np.concatenate([small - 2, 2 - small])
+    bodies = [{"name": "far", "first_vertex": 8, "vertex_count": 6, "kind": "static"}]
+    bodies.insert(0, {"name": "rod", "first_vertex": 0, "vertex_count": 8, "kind": "rigid", "screw": True})
+    faces = box([1, 0.1, 0.1])[1] + [(8, 9, 10), (11, 12, 13)]
+    write_scene(where, [np.concatenate([turned_rod(share), static]) for share in shares], bodies, faces)
+    assert detect(where, "--html", where / "page.html").returncode == 0
+    return where / "page.html"
 
 
 @pytest.fixture(scope="module")
@@ -55,3 +85,15 @@ def test_closest_pairs_with_a_half_space_are_no_faces(mixed, tmp_path):
     assert scene["rows"]["vh"] == [frame["vh"] for frame in report["frames"]] and sum(scene["rows"]["vh"]) > 0
     assert sum(scene["rows"]["fv"]) == 0
     assert (blob(page, "contact-kind", "u1") == 4).sum() == sum(scene["rows"]["vh"])
+
+
+def test_a_page_has_the_twists_of_its_screws(tmp_path):
+    page = detect_rod(tmp_path / "rod", (0, 0.5, 1)).read_text()
+    assert [body.get("screw", False) for body in scene_of(page)["bodies"]] == [True, False]
+    twists = blob(page, "twists", "<f8").reshape(2, 3, 3)  # by step: angular, centre, linear
+    assert np.abs(twists[:, 0] - AXIS).max() < 1e-6  # one radian a step
+    # The velocity of any point of the rod is that of the screw.
+    for step, (angular, centre, linear) in enumerate(twists):
+        x, h = turned_rod(0.5 * step)[3], 1e-6
+        velocity = np.cross(angular, x - centre) + linear
+        assert np.abs(velocity - (turned_rod(0.5 * (step + h))[3] - x) / h).max() < 1e-5
