@@ -16,4 +16,7 @@ const deep = ["#5f7389", "#7a7264", "#57796a", "#71658a", "#5c7f88", "#727a58", 
 const bodyColor = b => (dark.matches ? deep : pale)[b % pale.length];
 const groundColor = () => rgb(dark.matches ? "#16181c" : "#fbfbfa");
 const edgeColor = () => (dark.matches ? [0, 0, 0, 0.45] : [0.15, 0.2, 0.28, 0.22]);
+// Edges and points of no face have their body's colour times the first, plus the second: thin things, at 3:1 and more to the ground.
+const loneStrength = () => (dark.matches ? [0.7, 0.3] : [0.55, 0]);
+const loneColor = b => bodyColor(b).map(c => loneStrength()[0] * c + loneStrength()[1]);
 const css = color => `rgb(${color.map(c => Math.round(255 * c)).join(" ")})`;

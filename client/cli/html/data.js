@@ -81,11 +81,20 @@ function contactsOf(k) {
   return [k > 1 ? scene.contact_ends[k - 2] : 0, scene.contact_ends[k - 1]];
 }
 
+function bodyOfVertex(v, bodies) {
+  let low = 0, high = bodies.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (bodies[middle].first_vertex <= v) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+
 // Writes where vertex v is in step k into out[at ...].
 function place(v, k, share, out, at) {
   const [a, b] = framesOf(k).map(frame => frame + 3 * v);
-  for (let axis = 0; axis < 3; ++axis) {
-    const x = positions[a + axis];
-    out[at + axis] = origin[axis] + quantum[axis] * (x + (positions[b + axis] - x) * share);
-  }
+  const from = [0, 1, 2].map(axis => origin[axis] + quantum[axis] * positions[a + axis]);
+  for (let axis = 0; axis < 3; ++axis)
+    out[at + axis] = from[axis] + quantum[axis] * (positions[b + axis] - positions[a + axis]) * share;
+  if (alongScrew.length > 0) bendAside(bodyOfVertex(v, scene.bodies), k, share, from, out, at);
 }

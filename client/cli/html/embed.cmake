@@ -2,7 +2,7 @@
 # html_assets(OUT): the files here as one page, embedded in a source file whose path goes to OUT. Made anew when one changes.
 function(html_assets out)
   set(folder ${CMAKE_CURRENT_SOURCE_DIR}/html)
-  set(scripts data asked colors camera shaders mesh half_spaces contacts picture charts main)
+  set(scripts data asked colors camera screws shaders mesh half_spaces contacts picture charts main)
   set(files page.html style.css assets.cpp.in)
   set(script "")
   foreach(name ${scripts})

@@ -56,8 +56,12 @@ const charts = [
 ];
 
 function title() {
-  const range = `${number(scene.triangles)} triangles, ${scene.edges > 0 ? number(scene.edges) + " edges, " : ""}${number(scene.vertices)} vertices, ${plural(stepCount, states ? "frame" : "step")}` +
-    (parts.length > 1 ? `, at first; the topology changes ${parts.length === 2 ? "once" : `${parts.length - 1} times`}` : "");
+  const points = pointsOf(parts[0]).length;
+  const counts = [plural(scene.triangles, "triangle"), scene.edges > 0 && plural(scene.edges, "edge"),
+    points > 0 && plural(points, "point"),
+    `${number(scene.vertices)} ${scene.vertices === 1 ? "vertex" : "vertices"}`].filter(Boolean).join(", ");
+  const changes = parts.length === 1 ? "" : `; the topology changes ${parts.length === 2 ? "once" : `${parts.length - 1} times`}`;
+  const range = `${counts}${changes && " at first"}, ${plural(stepCount, states ? "frame" : "step")}${changes}`;
   byId("title").textContent = document.title = scene.name;
   byId("subtitle").textContent = `${range} · ${asked.how}`;
   byId("foot").textContent = `Positions are drawn within ${scene.error.toExponential(1)} of the scene's` +
@@ -84,8 +88,14 @@ function legends() {
 }
 
 function bodyList() {
+  if (scene.bodies.length < 2) return;
   // More than this many bodies are a crowd, not a list.
-  if (scene.bodies.length < 2 || scene.bodies.length > 24) return;
+  if (scene.bodies.length > 24) {
+    byId("bodies").textContent = `${number(scene.bodies.length)} bodies, too many to list` +
+      (open.size > 0 ? `; ${number(open.size)} cut open` : "");
+    return;
+  }
+  const faced = facedVertices(parts[0]);
   scene.bodies.forEach((body, b) => {
     const label = document.createElement("label"), box = document.createElement("input"), swatch = document.createElement("span");
     const kind = document.createElement("span");
@@ -93,15 +103,18 @@ function bodyList() {
     box.addEventListener("change", () => { picture.show(b, box.checked); redraw(); });
     swatch.className = "swatch";
     swatch.dataset.body = b;
+    if (!body.half_space && !isFaced(body, faced)) swatch.dataset.lone = "yes";
     kind.className = "kind";
-    kind.textContent = ` ${body.kind}`;
+    kind.textContent = ` ${body.kind}${body.screw ? ", along a screw" : ""}${open.has(b) ? ", cut open" : ""}`;
     label.append(box, swatch, body.name || `body ${b}`, kind);
     byId("bodies").append(label);
   });
 }
 function recolor() {
   byId("ramp").style.background = `linear-gradient(to right, ${ramp.map(css).join(", ")})`;
-  document.querySelectorAll(".swatch").forEach(s => { s.style.background = css(bodyColor(Number(s.dataset.body))); });
+  document.querySelectorAll(".swatch").forEach(s => {
+    s.style.background = css((s.dataset.lone ? loneColor : bodyColor)(Number(s.dataset.body)));
+  });
   picture.recolor();
   redraw();
 }
@@ -116,7 +129,8 @@ const keys = {
 };
 addEventListener("keydown", event => {
   if (!(event.key in keys) || event.ctrlKey || event.metaKey || event.altKey) return;
-  if (/^(INPUT|SELECT|BUTTON)$/.test(event.target.tagName) && event.key === " ") return;
+  // Space presses what has the focus, but for the slider, which has no use for it.
+  if (/^(INPUT|SELECT|BUTTON)$/.test(event.target.tagName) && event.target.type !== "range" && event.key === " ") return;
   if (event.target.tagName === "SELECT") return;
   event.preventDefault();
   keys[event.key](event);
@@ -125,18 +139,26 @@ byId("play").addEventListener("click", () => play(!playing));
 Object.assign(byId("time"), { max: lastTime, step: states ? 1 : 0.01 });
 byId("play").disabled = lastTime === 0;
 byId("time").addEventListener("input", event => seek(Number(event.target.value)));
-for (const name of ["faces", "edges", "contacts"])
-  byId(`${name}-on`).addEventListener("change", event => { shown[name] = event.target.checked; redraw(); });
+// What the scene has none of needs no box.
+const has = {
+  faces: faces.length > 0, wireframe: faces.length > 0, edges: loneEdges.length > 0, points: parts.some(part => pointsOf(part).length > 0),
+  grounds: halfSpaces.length > 0, contacts: true,
+};
+for (const name in shown) {
+  const box = byId(`${name}-on`);
+  box.parentElement.hidden = !has[name];
+  box.addEventListener("change", () => { shown[name] = box.checked; redraw(); });
+}
 byId("up").addEventListener("change", event => { camera.up = event.target.value; redraw(); });
 dark.addEventListener("change", recolor);
 const resized = () => { charts.forEach(chart => chart.draw()); draw(); };
 addEventListener("resize", resized);
 // page.html#frame=12.5&up=y opens there and so; else where the most is found, with z up.
 function openAt() {
-  const to = /frame=([\d.]+)/.exec(location.hash), up = /up=([yz])/.exec(location.hash);
+  const to = Number((/frame=([\d.]+)/.exec(location.hash) ?? [])[1] || NaN), up = /up=([yz])/.exec(location.hash);
   if (up) camera.up = byId("up").value = up[1];
   const totals = scene.steps.map((_, i) => totalOf(i));
-  seek(to ? Number(to[1]) - firstFrame : timeOf(1 + totals.indexOf(Math.max(...totals))));
+  seek(Number.isFinite(to) ? to - firstFrame : timeOf(1 + totals.indexOf(Math.max(...totals))));
 }
 addEventListener("hashchange", openAt);
 
@@ -148,4 +170,11 @@ openAt();
 recolor();
 resized();
 // For scripts: where the page is, and a drawing of it now.
-window.warmfront = { scene, seek: t => { seek(t); draw(); }, get time() { return time; }, get playing() { return playing; }, picture };
+window.warmfront = { scene, seek: t => { seek(t); draw(); }, get time() { return time; }, get playing() { return playing; }, picture,
+  // Where vertex v is at time t, in the scene's coordinates.
+  where(v, t) {
+    const at = [];
+    place(v, stepAt(t), shareAt(t), at, 0);
+    return at.map((x, axis) => scene.origin[axis] + (x - origin[axis]) * (largest > 0 ? largest : 1));
+  },
+};

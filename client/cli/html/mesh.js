@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The meshes: all frames in one buffer on the GPU; a step draws between two places of it.
 
-// Every edge of a part once, as pairs of vertices.
-function uniqueEdges(faces, loneEdges, vertexCount) {
-  const keys = new Float64Array(faces.length + loneEdges.length / 2);
+// Every edge of a part's faces once, as pairs of vertices.
+function uniqueEdges(faces, vertexCount) {
+  const keys = new Float64Array(faces.length);
   const keyOf = (a, b) => Math.min(a, b) * vertexCount + Math.max(a, b);
   for (let i = 0; i < faces.length; i += 3) {
     for (let c = 0; c < 3; ++c) keys[i + c] = keyOf(faces[i + c], faces[i + (c + 1) % 3]);
   }
-  for (let i = 0; i < loneEdges.length; i += 2)
-    keys[faces.length + i / 2] = keyOf(loneEdges[i], loneEdges[i + 1]);
   keys.sort();
   const edges = [];
   for (let i = 0; i < keys.length; ++i) {
@@ -19,9 +17,11 @@ function uniqueEdges(faces, loneEdges, vertexCount) {
   return new Uint32Array(edges);
 }
 
-// Bodies around all others, as a box around balls: they are cut open, or nothing could be seen.
+// Bodies whose faces are around all others, as a box around balls: they are cut open, or nothing could be seen.
 function enclosing() {
-  const boxes = parts[0].bodies.map(body => {
+  const faced = facedVertices(parts[0]);
+  const bodies = parts[0].bodies.map((body, b) => ({ ...body, b })).filter(body => body.vertex_count > 0);
+  const boxes = bodies.map(body => {
     const box = [[65535, 65535, 65535], [0, 0, 0]];
     for (let i = 3 * body.first_vertex; i < 3 * (body.first_vertex + body.vertex_count); ++i) {
       box[0][i % 3] = Math.min(box[0][i % 3], positions[i]);
@@ -30,51 +30,74 @@ function enclosing() {
     return box;
   });
   const within = (a, b) => [0, 1, 2].every(k => a[0][k] >= b[0][k] && a[1][k] <= b[1][k]);
-  return new Set(boxes.length < 2 ? [] : boxes.flatMap((box, b) => (boxes.every(other => within(other, box)) ? [b] : [])));
+  return new Set(bodies.length < 2 ? [] : bodies.flatMap((body, i) =>
+    (isFaced(body, faced) && boxes.every(other => within(other, boxes[i])) ? [body.b] : [])));
 }
+const open = enclosing();
 
 function makeMesh(gl) {
   const attributes = ["from", "to", "body"];
   const face = makeProgram(gl, meshVertex, faceFragment, attributes);
   const edge = makeProgram(gl, meshVertex, edgeFragment, attributes);
+  const lone = makeProgram(gl, meshVertex, loneFragment(false), attributes);
+  const point = makeProgram(gl, meshVertex, loneFragment(true), attributes);
   const buffer = (target, data) => {
     const made = gl.createBuffer();
     gl.bindBuffer(target, made);
     gl.bufferData(target, data, gl.STATIC_DRAW);
     return made;
   };
-  // A texel a body, as wide as any WebGL2 allows; bodies beyond share colours and hiding.
-  const width = Math.min(scene.bodies.length, 2048);
+  const bodyCount = Math.max(...parts.map(part => part.bodies.length));
+  const rows = Math.ceil(bodyCount / bodyColumns);
   const frames = buffer(gl.ARRAY_BUFFER, positions);
   // What a part draws, made when it is first drawn.
   const topologyOf = part => {
     if (part.topology) return part.topology;
-    const ownFaces = faces.subarray(part.faces, part.faces + 3 * part.triangles);
-    const edges = uniqueEdges(ownFaces, loneEdges.subarray(part.loneEdges, part.loneEdges + 2 * part.edges), part.vertices);
-    const bodyOf = new Uint16Array(part.vertices);
-    part.bodies.forEach((body, b) => bodyOf.fill(b % width, body.first_vertex, body.first_vertex + body.vertex_count));
+    const ownFaces = facesOf(part), ownEdges = loneEdgesOf(part), ownPoints = pointsOf(part);
+    const edges = uniqueEdges(ownFaces, part.vertices);
+    const bodyOf = new Float32Array(part.vertices);
+    part.bodies.forEach((body, b) => bodyOf.fill(b, body.first_vertex, body.first_vertex + body.vertex_count));
     part.topology = {
       bodies: buffer(gl.ARRAY_BUFFER, bodyOf),
       faces: buffer(gl.ELEMENT_ARRAY_BUFFER, ownFaces),
       faceCorners: ownFaces.length,
       edges: buffer(gl.ELEMENT_ARRAY_BUFFER, edges),
       edgeEnds: edges.length,
+      loneEdges: buffer(gl.ELEMENT_ARRAY_BUFFER, ownEdges),
+      loneEnds: ownEdges.length,
+      points: buffer(gl.ELEMENT_ARRAY_BUFFER, ownPoints),
+      pointCount: ownPoints.length,
     };
     return part.topology;
   };
-  const texture = gl.createTexture();
-  const hidden = new Set(), open = enclosing();
-
-  function colorBodies() {
-    const texels = new Uint8Array(4 * width);
-    for (let b = 0; b < width; ++b)
-      texels.set([...bodyColor(b).map(c => Math.round(255 * c)), hidden.has(b) ? 0 : open.has(b) ? 128 : 255], 4 * b);
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, width, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, texels);
+  // Colours, and arcs: of all bodies in rows.
+  for (const unit of [0, 1]) {
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
   }
+  const hidden = new Set();
+
+  function colorBodies() {
+    const texels = new Uint8Array(4 * bodyColumns * rows);
+    for (let b = 0; b < bodyCount; ++b)
+      texels.set([...bodyColor(b).map(c => Math.round(255 * c)), hidden.has(b) ? 0 : open.has(b) ? 128 : 255], 4 * b);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, bodyColumns, rows, 0, gl.RGBA, gl.UNSIGNED_BYTE, texels);
+  }
   colorBodies();
+
+  const arcTexels = new Float32Array(8 * bodyColumns * rows);
+  let uploaded = null;
+  function takeArcs(k, share) {
+    const moment = alongScrew.length > 0 ? `${k} ${share}` : "";
+    if (moment === uploaded) return;
+    uploaded = moment;
+    arcTexels.set(arcsAt(k, share));
+    gl.activeTexture(gl.TEXTURE1);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2 * bodyColumns, rows, 0, gl.RGBA, gl.FLOAT, arcTexels);
+  }
 
   function drawWith({ program, uniforms }, k, share, matrix) {
     const topology = topologyOf(partOf(k));
@@ -86,8 +109,10 @@ function makeMesh(gl) {
     });
     gl.bindBuffer(gl.ARRAY_BUFFER, topology.bodies);
     gl.enableVertexAttribArray(2);
-    gl.vertexAttribPointer(2, 1, gl.UNSIGNED_SHORT, false, 2, 0);
-    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.vertexAttribPointer(2, 1, gl.FLOAT, false, 4, 0);
+    takeArcs(k, share);
+    gl.uniform1i(uniforms.bodies, 0);
+    gl.uniform1i(uniforms.arcs, 1);
     gl.uniform1f(uniforms.share, share);
     gl.uniform3fv(uniforms.back, camera.back());
     gl.uniform3fv(uniforms.middle, middle);
@@ -99,7 +124,7 @@ function makeMesh(gl) {
 
   return {
     colorBodies,
-    isHidden: b => hidden.has(b % width),
+    isHidden: b => hidden.has(b),
     show(b, on) {
       if (on) hidden.delete(b); else hidden.add(b);
       colorBodies();
@@ -110,11 +135,24 @@ function makeMesh(gl) {
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, topology.faces);
       gl.drawElements(gl.TRIANGLES, topology.faceCorners, gl.UNSIGNED_INT, 0);
     },
-    drawEdges(k, share, matrix) {
+    drawWireframe(k, share, matrix) {
       const topology = drawWith(edge, k, share, matrix);
       gl.uniform4fv(edge.uniforms.ink, edgeColor());
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, topology.edges);
       gl.drawElements(gl.LINES, topology.edgeEnds, gl.UNSIGNED_INT, 0);
+    },
+    drawLoneEdges(k, share, matrix) {
+      const topology = drawWith(lone, k, share, matrix);
+      gl.uniform2fv(lone.uniforms.strength, loneStrength());
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, topology.loneEdges);
+      gl.drawElements(gl.LINES, topology.loneEnds, gl.UNSIGNED_INT, 0);
+    },
+    drawPoints(k, share, matrix) {
+      const topology = drawWith(point, k, share, matrix);
+      gl.uniform2fv(point.uniforms.strength, loneStrength());
+      gl.uniform1f(point.uniforms.pixels, devicePixelRatio * Math.min(7, Math.max(2, 90 / Math.sqrt(topology.pointCount + 1))));
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, topology.points);
+      gl.drawElements(gl.POINTS, topology.pointCount, gl.UNSIGNED_INT, 0);
     },
   };
 }

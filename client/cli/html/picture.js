@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The picture: canvas, what is shown on it, and the pointer over it.
 const canvas = document.getElementById("view");
-const shown = { faces: true, edges: true, contacts: true };
+const shown = { faces: true, wireframe: true, edges: true, points: true, grounds: true, contacts: true };
 
 function makePicture() {
   const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
@@ -12,14 +12,6 @@ function makePicture() {
     return { draw() {}, show() {}, recolor() {} };
   }
   const mesh = makeMesh(gl), contacts = makeContacts(gl), grounds = makeHalfSpaces(gl);
-  const bodyOfVertex = (v, bodies) => {
-    let low = 0, high = bodies.length - 1;
-    while (low < high) {
-      const middle = (low + high + 1) >> 1;
-      if (bodies[middle].first_vertex <= v) low = middle; else high = middle - 1;
-    }
-    return low;
-  };
   return {
     gl,
     show: mesh.show,
@@ -41,10 +33,12 @@ function makePicture() {
         mesh.drawFaces(k, share, matrix);
         gl.disable(gl.POLYGON_OFFSET_FILL);
       }
-      if (shown.faces) grounds.draw(matrix, mesh.isHidden);
-      if (shown.edges) {
+      if (shown.grounds) grounds.draw(matrix, mesh.isHidden);
+      if (shown.edges) mesh.drawLoneEdges(k, share, matrix);
+      if (shown.points) mesh.drawPoints(k, share, matrix);
+      if (shown.wireframe) {
         gl.enable(gl.BLEND);
-        mesh.drawEdges(k, share, matrix);
+        mesh.drawWireframe(k, share, matrix);
         gl.disable(gl.BLEND);
       }
       const bodies = partOf(k).bodies;

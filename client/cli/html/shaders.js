@@ -1,17 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// WebGL2 programs: the mesh (faces or edges) between two frames, and the marks of what was found.
+// WebGL2 programs: the mesh (faces, edges or points) between two frames, and the marks of what was found.
+const bodyColumns = 1024;  // of a texture with a texel a body: any WebGL2 allows twice as many
 const meshVertex = `#version 300 es
 in vec3 from, to;
 in float body;
 uniform float share;
 uniform vec3 origin, quantum;
 uniform mat4 camera;
+uniform float pixels;  // of a point
 uniform sampler2D bodies;  // a texel a body: colour; opacity 1: shown, 0.5: cut open, 0: hidden
+uniform highp sampler2D arcs;  // two texels a body: see screws.js
 out vec3 at;
 out vec4 color;
 void main() {
+  ivec2 texel = ivec2(int(body) % ${bodyColumns}, int(body) / ${bodyColumns});
   at = origin + quantum * mix(from, to, share);
-  color = texelFetch(bodies, ivec2(int(body), 0), 0);
+  vec4 angular = texelFetch(arcs, texel * ivec2(2, 1), 0);
+  if (angular.w != 0.0) {
+    vec4 linear = texelFetch(arcs, texel * ivec2(2, 1) + ivec2(1, 0), 0);
+    vec3 bend = cross(angular.xyz, cross(angular.xyz, origin + quantum * from) + linear.xyz);
+    at += angular.w * bend + linear.w * cross(angular.xyz, bend);
+  }
+  color = texelFetch(bodies, texel, 0);
+  gl_PointSize = pixels;
   gl_Position = color.a > 0.0 ? camera * vec4(at, 1) : vec4(2, 2, 2, 1);
 }`;
 // Of a body that is cut open, the half towards the eye is not there.
@@ -42,6 +53,17 @@ ${cutOpen}
 void main() {
   if (cutAway(at, color.a)) discard;
   pixel = ink;
+}`;
+// Edges and points of no face: the body's own hue, so strong that it shows on the ground.
+const loneFragment = (round) => `#version 300 es
+precision highp float;
+in vec3 at;
+in vec4 color;
+uniform vec2 strength;
+out vec4 pixel;
+void main() {
+  ${round ? "if (length(gl_PointCoord - 0.5) > 0.5) discard;" : ""}
+  pixel = vec4(strength.x * color.rgb + strength.y, 1);
 }`;
 
 // Points are marks of the shapes that asked.js numbers; lines are edges of what they mark.

@@ -12,12 +12,28 @@
     picture.draw(window.warmfront.time);
     const pixels = new Uint8Array(4 * gl.drawingBufferWidth * gl.drawingBufferHeight);
     gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-    let drawn = 0, marks = 0;
+    let drawn = 0, marks = 0, atRim = 0;
+    const width = gl.drawingBufferWidth, height = gl.drawingBufferHeight, coarse = new Array(32 * 20).fill(0);
     for (let i = 0; i < pixels.length; i += 4) {
-      drawn += Math.abs(pixels[i] - pixels[0]) + Math.abs(pixels[i + 2] - pixels[2]) > 12;
+      const is = Math.abs(pixels[i] - pixels[0]) + Math.abs(pixels[i + 2] - pixels[2]) > 12;
+      const x = i / 4 % width, y = Math.floor(i / 4 / width);
+      drawn += is;
+      atRim += is && (x < 2 || y < 2 || x >= width - 2 || y >= height - 2);
+      coarse[Math.floor(y * 20 / height) * 32 + Math.floor(x * 32 / width)] += is;
       marks += pixels[i] - pixels[i + 2] > 70;
     }
-    return { pixels, drawn, marks };
+    return { pixels, drawn, marks, atRim, coarse };
+  }
+  // The largest contrast (WCAG 2) that any pixel has to the ground.
+  function contrast({ pixels }) {
+    const light = i => [0.2126, 0.7152, 0.0722].reduce((sum, part, c) => {
+      const s = pixels[i + c] / 255;
+      return sum + part * (s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4);
+    }, 0.05);
+    const ground = light(0);
+    let most = 1;
+    for (let i = 0; i < pixels.length; i += 4) most = Math.max(most, light(i) / ground, ground / light(i));
+    return most;
   }
   const differing = (a, b) => a.pixels.reduce((sum, x, i) => sum + (x !== b.pixels[i]), 0);
   const change = (id, checked) => {
@@ -30,12 +46,25 @@
   try {
     await frame();
     result.size = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+    result.dark = matchMedia("(prefers-color-scheme: dark)").matches;
     result.opened = at();
     const opened = look();
-    Object.assign(result, { drawn: opened.drawn, marks: opened.marks });
+    Object.assign(result, { drawn: opened.drawn, marks: opened.marks, atRim: [opened.atRim], coarse: opened.coarse });
+    result.boxes = [...document.querySelectorAll("#shown > label")].filter(e => e.offsetHeight > 0).map(e => e.innerText.trim().split(/\s/)[0]);
+    result.bodies = by("bodies").innerText.replace(/\s+/g, " ").trim();
+    result.scrolls = document.documentElement.scrollHeight - innerHeight;
 
     change("contacts-on", false);
     result.marksWithout = look().marks;
+    // Each kind of thing alone.
+    const things = ["faces", "wireframe", "edges", "points", "grounds"];
+    result.alone = {};
+    for (const name of things) {
+      things.forEach(other => change(`${other}-on`, other === name));
+      const seen = look();
+      result.alone[name] = [seen.drawn, contrast(seen)];
+    }
+    things.forEach(name => change(`${name}-on`, true));
     change("contacts-on", true);
     change("faces-on", false);
     result.drawnAsEdges = look().drawn;
@@ -46,6 +75,7 @@
     await frame();
     Object.assign(result, { slid: at(), slidWords: by("now").textContent, slidMarks: look().marks });
     const start = look();
+    result.atRim.push(start.atRim);
     result.changed = differing(opened, start);
     result.same = differing(start, look());
 
@@ -59,6 +89,22 @@
     result.left = at();
     await frame();
     result.words = by("now").textContent;
+
+    window.warmfront.seek(0.5);
+    result.half = look().coarse;
+    window.warmfront.seek(1);
+    result.one = look().coarse;
+    result.whereHalf = Array.from({ length: Math.min(50, scene.vertices) }, (_, v) => window.warmfront.where(v, 0.5));
+    by("time").dispatchEvent(new KeyboardEvent("keydown", { key: " ", bubbles: true }));
+    result.spaceOnSlider = window.warmfront.playing !== by("play").disabled;
+    if (window.warmfront.playing) press(" ");
+    for (const hash of ["frame=.", "frame=1.2.3"]) {
+      location.hash = hash;
+      await new Promise(done => addEventListener("hashchange", done, { once: true }));
+      await frame();
+      if (at() !== result.opened) result.errors.push(`#${hash} opens at ${at()}`);
+    }
+    window.warmfront.seek(result.left);
 
     const before = look();
     by("view").dispatchEvent(new WheelEvent("wheel", { deltaY: -400, cancelable: true }));
@@ -96,6 +142,7 @@
     result.paused = !window.warmfront.playing;
     result.pausedAt = at();
 
+    result.ticks = [...document.querySelectorAll("#contacts-chart text[text-anchor=end]")].map(e => e.textContent);
     result.bars = document.querySelectorAll("#charts path.area").length;
     result.unnamed = [...document.querySelectorAll("button, input, select, canvas, svg")].filter(
       e => !(e.ariaLabel || e.getAttribute("aria-label") || e.labels?.length)).length;

@@ -44,8 +44,8 @@ class Host(http.server.BaseHTTPRequestHandler):
         pass
 
 
-def browse(page, tmp_path, size="1200,800"):
-    """What checks.js saw."""
+def browse(page, tmp_path, size="1200,800", dark=False):
+    """What checks.js saw; with `dark`, where the reader prefers a dark ground."""
     early = "<script>window.pageErrors = []; addEventListener('error', e => pageErrors.push(e.message)); " \
             "console.error = (...words) => pageErrors.push(words.join(' '));</script>"
     text = page.read_text().replace("<head>", "<head>" + early).replace("</body>", f"<script>{CHECKS}</script></body>")
@@ -56,7 +56,7 @@ def browse(page, tmp_path, size="1200,800"):
             [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
              "--disable-background-networking", "--disable-component-update", "--disable-sync",
              "--enable-unsafe-swiftshader", "--use-angle=swiftshader", f"--user-data-dir={tmp_path / 'profile'}",
-             f"--window-size={size}", "--remote-debugging-port=0", f"http://127.0.0.1:{server.server_port}/"],
+             f"--blink-settings=preferredColorScheme={0 if dark else 1}", f"--window-size={size}", "--remote-debugging-port=0", f"http://127.0.0.1:{server.server_port}/"],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             return server.seen.get(timeout=240)

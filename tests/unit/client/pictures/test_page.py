@@ -83,6 +83,7 @@ def test_a_changing_topology_in_a_browser(tmp_path):
     pixels = seen["size"][0] * seen["size"][1]
     assert 0.02 * pixels < seen["drawn"] < 0.9 * pixels and seen["marks"] > 50
     assert seen["changed"] > 0.01 * pixels and seen["same"] == 0
+    assert "vertices at first, 19 steps; the topology changes" in seen["subtitle"]
 
 
 def test_nothing_comes_from_outside(folder):
@@ -110,7 +111,7 @@ def test_a_page_beyond_its_limit_is_an_error(folder, tmp_path):
 
 
 @needs_browser
-@pytest.mark.parametrize("size", ["1200,800", "420,900"])
+@pytest.mark.parametrize("size", ["1200,800", "420,900", "800,600"])
 def test_in_a_browser(folder, tmp_path, size):
     seen = browse(folder / "page.html", tmp_path, size)
     report = json.loads((folder / "report.json").read_text())["frames"]
@@ -132,6 +133,11 @@ def test_in_a_browser(folder, tmp_path, size):
     assert not seen["tipHidden"] and seen["tip"].startswith("frame 1 ") and seen["tipLeft"]
     assert 0 < seen["played"] <= 59 and seen["paused"]
     assert seen["bars"] == 6 and seen["unnamed"] == 0
+    # All of the scene is in view, and the page in its window; the slider leaves the space bar to playing.
+    assert seen["atRim"] == [0, 0] and seen["scrolls"] <= 0 and seen["spaceOnSlider"]
+    assert seen["boxes"] == ["faces", "wireframe", "contacts", "up"] and "triangles, " in seen["subtitle"]
+    assert seen["alone"]["faces"][0] > seen["alone"]["wireframe"][0] > 0 == seen["alone"]["edges"][0] == seen["alone"]["points"][0]
+    assert "cut open" not in seen["bodies"]
 
 
 def write_obj(path, vertices):

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages of what is no triangle mesh alone: points, edges, half-spaces and bodies along screws."""
+"""Pages of what is no triangle mesh alone: points, edges, half-spaces, bodies along screws and bodies around others."""
 import csv
 import json
 
 import numpy as np
 import pytest
 from conftest import detect, run
-from page import blob, scene_of
+from page import blob, browse, needs_browser, scene_of
 
 
 def write_ply(path, vertices, faces=(), edges=()):
@@ -97,3 +97,91 @@ def test_a_page_has_the_twists_of_its_screws(tmp_path):
         x, h = turned_rod(0.5 * step)[3], 1e-6
         velocity = np.cross(angular, x - centre) + linear
         assert np.abs(velocity - (turned_rod(0.5 * (step + h))[3] - x) / h).max() < 1e-5
+
+
+@needs_browser
+@pytest.mark.parametrize("dark", [False, True])
+def test_points_edges_and_half_spaces_in_a_browser(mixed, dark, tmp_path):
+    assert detect(mixed, "--html", tmp_path / "page.html").returncode == 0
+    seen = browse(tmp_path / "page.html", tmp_path, dark=dark)
+    assert seen["errors"] == [] and seen["dark"] == dark
+    assert seen["boxes"] == ["edges", "points", "half-spaces", "contacts", "up"]
+    assert seen["subtitle"].startswith("0 triangles, 1 edge, 4 points, 6 vertices, 4 steps")
+    for name in ("edges", "points"):
+        drawn, contrast = seen["alone"][name]
+        assert drawn > 20 and contrast > 3, name
+    assert seen["alone"]["grounds"][0] > 1000 and seen["alone"]["faces"][0] == 0
+    named = "vertex-face edge-edge vertex-half-space vertex-edge vertex-vertex"
+    assert seen["legend"].endswith(named) and seen["captions"][0].endswith(named)
+    assert "0 vertex-half-space, 0 vertex-edge" in seen["tip"] and "0.5" not in seen["ticks"] and len(seen["ticks"]) > 1
+    assert run("near", mixed, "--distance", "0.3", "--reduced", "--html", tmp_path / "near.html").returncode == 0
+    seen = browse(tmp_path / "near.html", tmp_path)
+    assert seen["errors"] == [] and "vertex-half-space" in seen["legend"] and "face-vertex" not in seen["legend"]
+
+
+@needs_browser
+def test_one_contact_is_no_contacts(tmp_path):
+    for k, z in enumerate((1, -1)):
+        write_ply(tmp_path / f"t{k}.ply", [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.25, 0.25, z]], [(0, 1, 2)])
+    done = detect(tmp_path / "t0.ply", tmp_path / "t1.ply", "--html", tmp_path / "page.html")
+    assert "\n1 step of 1 triangle, 4 vertices: 1 contact (1 vf" in done.stdout
+    seen = browse(tmp_path / "page.html", tmp_path)
+    assert seen["errors"] == [] and seen["words"] == "frame 0.00, 0 contacts" and seen["ticks"] == ["0", "1"]
+    assert seen["subtitle"].startswith("1 triangle, 1 point, 4 vertices, 1 step ")
+
+
+@needs_browser
+def test_bodies_along_screws_keep_their_shape(tmp_path):
+    pages = {name: detect_rod(tmp_path / name, shares) for name, shares in (("whole", (0, 1)), ("halves", (0, 0.5)))}
+    seen = {name: browse(page, tmp_path / name) for name, page in pages.items()}
+    for name in seen:
+        assert seen[name]["errors"] == [] and "rod rigid, along a screw" in seen[name]["bodies"]
+    error = scene_of(pages["whole"].read_text())["error"]
+    assert np.abs(np.array(seen["whole"]["whereHalf"])[:8] - turned_rod(0.5)).max() < 4 * error
+    # In the shader as on the CPU: half of the way is drawn as a frame that is there.
+    half, there = (np.array(seen[name][when], float) for name, when in (("whole", "half"), ("halves", "one")))
+    assert np.abs(half - there).sum() < 0.02 * there.sum()
+    assert np.abs(np.array(seen["whole"]["one"], float) - half).sum() > 0.2 * half.sum()
+
+
+@needs_browser
+def test_what_is_around_others_is_cut_open_where_it_has_faces(tmp_path):
+    inner, faces = box([0.3, 0.3, 0.3])
+    outer, outer_faces = box([1, 1, 1])
+    for name, others, edges, told in (
+            ("box", [tuple(8 + v for v in face) for face in outer_faces], [], "around deformable, cut open"),
+            ("hair", [], [(8 + v, 8 + (v + 1) % 8) for v in range(8)], "around deformable")):
+        where = tmp_path / name
+        where.mkdir()
+        bodies = [{"name": "inner", "first_vertex": 0, "vertex_count": 8}, {"name": "around", "first_vertex": 8, "vertex_count": 8},
+                  {"name": "ground", "first_vertex": 16, "vertex_count": 0, "kind": "static",
+                   "half_space": {"point": [0, 0, -2], "normal": [0, 0, 1]}}]
+        vertices = np.concatenate([inner, outer])
+        write_scene(where, [vertices, vertices], bodies, faces + others, edges)
+        assert detect(where, "--html", where / "page.html").returncode == 0
+        seen = browse(where / "page.html", where)
+        assert seen["errors"] == [] and seen["bodies"] == f"inner deformable {told} ground static"
+
+
+@needs_browser
+@pytest.mark.parametrize("half", [[0.1, 0.1, 3], [3, 3, 0.1], [1, 0.1, 0.1]])
+@pytest.mark.parametrize("size", ["1200,800", "420,900"])
+def test_all_of_a_scene_is_in_view(half, size, tmp_path):
+    vertices, faces = box(half)
+    write_scene(tmp_path, [vertices, vertices], [], faces)
+    assert detect(tmp_path, "--html", tmp_path / "page.html").returncode == 0
+    seen = browse(tmp_path / "page.html", tmp_path, size)
+    assert seen["errors"] == [] and seen["atRim"] == [0, 0]
+    rows, columns = (np.flatnonzero(np.array(seen["coarse"]).reshape(20, 32).any(axis=axis)) for axis in (1, 0))
+    assert max(np.ptp(rows) / 20, np.ptp(columns) / 32) > 0.6
+
+
+@needs_browser
+def test_a_crowd_of_bodies_is_said_to_be_one(tmp_path):
+    parts = [box([0.3, 0.3, 0.3], [2 * k, 0, 0]) for k in range(25)]
+    vertices = np.concatenate([corners for corners, _ in parts])
+    faces = [tuple(8 * k + v for v in face) for k, (_, own) in enumerate(parts) for face in own]
+    write_scene(tmp_path, [vertices, vertices], [{"first_vertex": 8 * k, "vertex_count": 8} for k in range(25)], faces)
+    assert detect(tmp_path, "--html", tmp_path / "page.html").returncode == 0
+    seen = browse(tmp_path / "page.html", tmp_path)
+    assert seen["errors"] == [] and seen["bodies"] == "25 bodies, too many to list"
