@@ -190,7 +190,9 @@ class ChunkUpdate {
   // What was just found belongs to the pair at this place.
   void keep_found(std::uint32_t at) {
     const RestAnswer& found = scratch_.found;
-    if (!found.empty()) put_kept(at, found.triangle_pairs, found.tally, found.contacts);
+    // Of one pair of leaves.
+    const auto triangle_pairs = static_cast<std::uint32_t>(found.triangle_pairs);
+    if (!found.empty()) put_kept(at, triangle_pairs, found.tally, found.contacts);
     scratch_.found.clear();
   }
   void put_kept(std::uint32_t at, std::uint32_t triangle_pairs, const ContactTally& tally,

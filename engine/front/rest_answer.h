@@ -15,7 +15,7 @@ namespace warmfront {
 /// How many contacts, for whoever asks for no more.
 struct ContactTally {
   KindCounts found;
-  std::uint32_t possible = 0;  ///< of all but ef
+  std::uint64_t possible = 0;  ///< of all but ef
   double earliest = 2;         ///< least toi; 2 without contacts
 
   std::uint64_t total() const { return found.total(); }
@@ -27,7 +27,7 @@ struct ContactTally {
 };
 
 struct RestAnswer {
-  std::uint32_t triangle_pairs = 0;  ///< whose bounds overlap
+  std::uint64_t triangle_pairs = 0;  ///< whose bounds overlap
   ContactTally tally;                ///< for Report::kCount; then `contacts` is empty
   std::vector<Contact> contacts;
 

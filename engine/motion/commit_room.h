@@ -3,7 +3,6 @@
 // by its roundings. Written before a question by one thread, read by all during it.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>

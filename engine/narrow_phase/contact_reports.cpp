@@ -18,7 +18,7 @@ void PairTester::note_kept(std::uint64_t triangle_pairs, const ContactTally& tal
                            std::span<const Contact> contacts) {
   if (!input_->note_met || !room_to_note(contacts.size())) return;
   met_.rested = true;
-  met_.kept.triangle_pairs += static_cast<std::uint32_t>(triangle_pairs);
+  met_.kept.triangle_pairs += triangle_pairs;
   met_.kept.tally.add(tally);
   met_.kept.contacts.insert(met_.kept.contacts.end(), contacts.begin(), contacts.end());
 }

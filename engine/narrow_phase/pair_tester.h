@@ -81,7 +81,7 @@ class PairTester {
       tallying(answer.tally, test);
     else
       recording_contacts(answer.contacts, test);
-    answer.triangle_pairs += static_cast<std::uint32_t>(output_.counts.triangle_pairs - before);
+    answer.triangle_pairs += output_.counts.triangle_pairs - before;
   }
   /// Counts and reports a cached contact.
   void keep(const Contact& contact);
@@ -115,7 +115,7 @@ class PairTester {
     test();
     flush();
     tally.found.add(output_.found);
-    tally.possible += static_cast<std::uint32_t>(output_.possible);
+    tally.possible += output_.possible;
     tally.earliest = std::min(tally.earliest, output_.earliest);
     output_.add(before);
   }
