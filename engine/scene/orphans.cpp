@@ -96,7 +96,9 @@ template <With kWith>
 void orphans_of_edge(const Scene& scene, EdgeId e1, std::vector<EdgeEdgeIds>& found) {
   const auto along = faces_along(scene, e1);
   if (along.empty()) return orphans_of_lone_edge<kWith>(scene, e1, found);
-  const auto [a, b] = ends_of(scene, e1);
+  const Edge& ends = ends_of(scene, e1);
+  const std::uint32_t a = ends[0];
+  const std::uint32_t b = ends[1];
   const Face& first = scene.faces()[along.front()];
   for (const std::uint32_t corner : first)
     if (corner != a && corner != b) lone_edges_at<kWith>(scene, e1, corner, found);
@@ -104,7 +106,7 @@ void orphans_of_edge(const Scene& scene, EdgeId e1, std::vector<EdgeEdgeIds>& fo
   const std::uint32_t d = corner_off(scene.faces()[along.back()], a, b);
   const auto consider = [&](std::uint32_t h, EdgeId e2) {
     if ((kWith == With::kAll || e1 < e2) && faces_along(scene, e2).front() == h &&
-        !share_vertex(ends_of(scene, e1), ends_of(scene, e2)) && is_orphan_ee(scene, e1, e2))
+        !share_vertex(ends, ends_of(scene, e2)) && is_orphan_ee(scene, e1, e2))
       found.push_back(in_order(e1, e2));
   };
   // Is another face along a side (p, q), of a face h at a or b, adjacent to those along (a, b)? Nearly never,
