@@ -168,8 +168,8 @@ void faces_of_edge(const Scene& scene, EdgeId e, std::vector<EdgeFaceIds>& found
   }
 }
 
-// Runs `of_each` for all first features of a range and returns the results, sorted, without duplicates. Works
-// range by range, so that the peak memory is little more than the result.
+// Runs `of_each` for all features of a range, in their order, and returns the results, those of each sorted
+// and without duplicates. Works range by range, so that the peak memory is little more than the result.
 template <class Ids, class First, class OfEach>
 std::vector<Ids> gather(First first, First end, StopSignal stop, OfEach&& of_each) {
   constexpr std::uint32_t kIds = 2048;
