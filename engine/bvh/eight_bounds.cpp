@@ -73,12 +73,14 @@ struct OpenSoon {
   std::int16_t least;
   Short16 widest = Short16{} + std::numeric_limits<std::int16_t>::min();
 
-  // 0 where that takes more than a few units. With a number n0 at t = 0 and n1 >= -2^15 at t = 1, of units u0
-  // and u1, the gap at `until` is at least (1 - until) n0 u0 - until 2^15 u1. Each rounding here is within
-  // 2^-24, and 1 - until is at least 2^-24 where it is not 0.
-  WARMFRONT_INLINE static std::int16_t least_for(float until, const std::array<float, 2>& unit) {
+  // 0 where that takes more than a few units. With a number n0 at t = 0 and n1 at t = 1, of units u0 and u1,
+  // the gap at `until` is at least (1 - until) n0 u0 + until n1 u1. Each rounding here is within 2^-24, and 1
+  // - until is at least 2^-24 where it is not 0.
+  template <class Bounds>
+  WARMFRONT_INLINE static std::int16_t least_for(float until, const GridPair<Bounds>& between) {
     constexpr float kMost = 4;
-    const float closing = until * 0x1p15F * (unit[1] / unit[0]) / (1 - until) * (1 + 0x1p-10F);
+    const float closing =
+        until * -between.least_at_1 * (between.unit[1] / between.unit[0]) / (1 - until) * (1 + 0x1p-10F);
     return closing < kMost ? static_cast<std::int16_t>(static_cast<int>(closing) + 1) : std::int16_t{0};
   }
 
@@ -268,8 +270,10 @@ WARMFRONT_INLINE EightOverlaps overlaps(const Rebased<Bounds>& over, const Eight
                                         const GridPair<Bounds>& between, const OneOfLeaf* whole_b,
                                         Pairs pairs, float until, GapAt gap_at) {
   if (!(until < 1)) return all_pairs(OpenThroughout{}, over, b, between, whole_b, pairs, gap_at);
-  const std::int16_t soon = OpenSoon::least_for(until, between.unit);
+  const std::int16_t soon = OpenSoon::least_for(until, between);
   if (soon > 0) return all_pairs(OpenSoon{soon}, over, b, between, whole_b, pairs, gap_at);
+  if (!between.tells_gaps_at_1())
+    return all_pairs(OpenThroughout{}, over, b, between, whole_b, pairs, gap_at);
   return all_pairs(OpenUntil{{until}, between.unit}, over, b, between, whole_b, pairs, gap_at);
 }
 
