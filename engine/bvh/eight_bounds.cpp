@@ -67,18 +67,20 @@ struct OpenUntil {
   }
 };
 
-// The same up to a time so near to 0 that what is `least` units apart then stays so, whatever the gap at t
-// = 1.
+// The same up to a time by which what is `least` units apart at t = 0 cannot have come together.
 struct OpenSoon {
   std::int16_t least;
   Short16 widest = Short16{} + std::numeric_limits<std::int16_t>::min();
 
-  // 0 where that takes more than a few units. With a number n0 at t = 0 and n1 at t = 1, of units u0 and u1,
-  // the gap at `until` is at least (1 - until) n0 u0 + until n1 u1. Each rounding here is within 2^-24, and 1
-  // - until is at least 2^-24 where it is not 0.
+  /// So few units are little beside a leaf, which is some thousands wide.
+  static constexpr std::int16_t kFew = 32;
+
+  // 0 where no leaf is so wide. With a number n0 at t = 0 and n1 at t = 1, of units u0 and u1, the gap at
+  // `until` is at least (1 - until) n0 u0 + until n1 u1. Each rounding here is within 2^-24, and 1 - until is
+  // at least 2^-24 where it is not 0.
   template <class Bounds>
   WARMFRONT_INLINE static std::int16_t least_for(float until, const GridPair<Bounds>& between) {
-    constexpr float kMost = 4;
+    constexpr float kMost = LeafGrid<Bounds>::kReach;
     const float closing =
         until * -between.least_at_1 * (between.unit[1] / between.unit[0]) / (1 - until) * (1 + 0x1p-10F);
     return closing < kMost ? static_cast<std::int16_t>(static_cast<int>(closing) + 1) : std::int16_t{0};
@@ -271,10 +273,11 @@ WARMFRONT_INLINE EightOverlaps overlaps(const Rebased<Bounds>& over, const Eight
                                         Pairs pairs, float until, GapAt gap_at) {
   if (!(until < 1)) return all_pairs(OpenThroughout{}, over, b, between, whole_b, pairs, gap_at);
   const std::int16_t soon = OpenSoon::least_for(until, between);
-  if (soon > 0) return all_pairs(OpenSoon{soon}, over, b, between, whole_b, pairs, gap_at);
-  if (!between.tells_gaps_at_1())
-    return all_pairs(OpenThroughout{}, over, b, between, whole_b, pairs, gap_at);
-  return all_pairs(OpenUntil{{until}, between.unit}, over, b, between, whole_b, pairs, gap_at);
+  if (soon > 0 && (soon <= OpenSoon::kFew || !between.tells_gaps_at_1()))
+    return all_pairs(OpenSoon{soon}, over, b, between, whole_b, pairs, gap_at);
+  return between.tells_gaps_at_1()
+             ? all_pairs(OpenUntil{{until}, between.unit}, over, b, between, whole_b, pairs, gap_at)
+             : all_pairs(OpenThroughout{}, over, b, between, whole_b, pairs, gap_at);
 }
 
 template <class Bounds>
