@@ -120,7 +120,8 @@ EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDo
                              const GridPair<KDop18>& between, OneOfLeaf whole_b, float until,
                              GapAt gap_at = GapAt::kEnd);
 
-/// The relation between the numbers of two leaves, for a question of this width.
+/// The relation between the numbers of two leaves, for a question of this width. Tests of a part of the step
+/// tell more apart with GridPair::learn_end().
 GridPair<Aabb> grid_pair(const LeafGrid<Aabb>& a, const LeafGrid<Aabb>& b, const Width& width = {});
 GridPair<KDop18> grid_pair(const LeafGrid<KDop18>& a, const LeafGrid<KDop18>& b, const Width& width = {});
 

@@ -115,9 +115,9 @@ struct GridPair {
   std::array<float, 2> unit;  ///< lengths of the common units
   /// What a sum, halved for a diagonal, lacks at least of the gap itself: from below.
   float lacks = 0;
-  /// No sum at t = 1 would be less, in common units, if offsets were not clamped: -infinity where nothing is
-  /// known.
-  float least_at_1 = 0;
+  /// No sum at t = 1 would be less, in common units, if offsets were not clamped: -infinity where that is not
+  /// known. Told by learn_end(), for who asks about a part of the step.
+  float least_at_1 = -std::numeric_limits<float>::infinity();
   /// LeafGrid::begin_at_1 of a and of b: available before their blocks have arrived from memory.
   std::uint32_t begin_at_1_of_a;
   std::uint32_t begin_at_1_of_b;
@@ -135,6 +135,18 @@ struct GridPair {
   /// A gap is at most this many units below the float32 bounds' gap: six roundings.
   static constexpr int kSlack = 6;
 
+  /// Of the leaves and the width that this is of: how far offsets at t = 1 go, and one unit for what a whole
+  /// number below is less.
+  WARMFRONT_INLINE void learn_end(const LeafGrid<Bounds>& a, const LeafGrid<Bounds>& b, const Width& width) {
+    const auto& at = a.end[1];
+    const auto& bt = b.end[1];
+    if (at.none() || bt.none()) return;
+    double farthest = 0;
+    for (std::size_t k = 0; k < LeafGrid<Bounds>::kAxes; ++k)
+      farthest = std::max(farthest, std::fabs(double{bt.origin[k]} - double{at.origin[k]}));
+    const double units = (farthest + double{width.diagonal}) / double{unit[1]};
+    least_at_1 = -static_cast<float>(units * (1 + 0x1p-20) + 1) - 2 * kMostNumber;
+  }
   /// Are sums at t = 1 lower bounds? Where an offset was clamped they tell the sign of a gap alone.
   WARMFRONT_INLINE bool tells_gaps_at_1() const { return least_at_1 > kLeast - 2 * kMostNumber; }
 
@@ -161,7 +173,6 @@ struct GridPair {
       pair.shift_b[t] = std::min(common - bt.exponent, 15);
       pair.unit[t] = Grid::power(common);
       const float scale = Grid::power(-common);
-      float farthest = 0;
       for (std::size_t k = 0; k < Grid::kAxes; ++k) {
         std::int32_t above;
         std::int32_t below;
@@ -169,21 +180,15 @@ struct GridPair {
           // In double, since two large numbers may nearly cancel.
           const double d = (double{bt.origin[k]} - double{at.origin[k]}) * double{scale};
           const double beyond = double{k < 3 ? width.straight : width.diagonal} * double{scale};
-          farthest = std::max(farthest, static_cast<float>(std::fabs(d) + beyond));
           above = whole_below(d - beyond);
           below = whole_below(-d - beyond);
         } else {
           const float d = (bt.origin[k] - at.origin[k]) * scale;
-          farthest = std::max(farthest, std::fabs(d));
           above = whole_below(d);
           below = whole_below(-d);
         }
         pair.offset[t * Grid::kAxes + k] = (below << 16) | (above & 0xffff);
       }
-      if (t == 0) continue;
-      // And one unit for what a whole number below is less.
-      pair.least_at_1 = at.none() || bt.none() ? -std::numeric_limits<float>::infinity()
-                                               : -(farthest * (1 + 0x1p-20F) + 1) - 2 * kMostNumber;
     }
     return pair;
   }

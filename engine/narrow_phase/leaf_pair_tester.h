@@ -62,7 +62,7 @@ class LeafPairTester final : public LeafPairSink {
     const BlockRange blocks_a = a.leaves.blocks_of[leaf_a];
     const BlockRange blocks_b = b.leaves.blocks_of[leaf_b];
     const Width width = widths_.of(parts);
-    const GridPair<Bounds> between = grid_pair(a.leaves.grids[leaf_a], b.leaves.grids[leaf_b], width);
+    const GridPair<Bounds> between = relate(a.leaves.grids[leaf_a], b.leaves.grids[leaf_b], width);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.leaves.grids[leaf_b]);
     blocks_.begin_leaves(a, b, between, width);
     if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.skip_neighbours) {
@@ -120,7 +120,7 @@ class LeafPairTester final : public LeafPairSink {
       if (*due >= leaves.end) continue;
       stop_.check();
       const GridPair<Bounds> between =
-          grid_pair(tree.leaves.grids[number_of(leaves.a)], tree.leaves.grids[number_of(leaves.b)], width);
+          relate(tree.leaves.grids[number_of(leaves.a)], tree.leaves.grids[number_of(leaves.b)], width);
       const EightBounds<Bounds>& wide_b = tree.leaves.wide[number_of(leaves.b)];
       const BlockId first_b = tree.leaves.blocks_of[number_of(leaves.b)].begin;
       blocks_.begin_leaves(tree, tree, between, width);
@@ -162,6 +162,12 @@ class LeafPairTester final : public LeafPairSink {
   PairTester tester;
 
  private:
+  GridPair<Bounds> relate(const LeafGrid<Bounds>& a, const LeafGrid<Bounds>& b, const Width& width) const {
+    GridPair<Bounds> between = grid_pair(a, b, width);
+    if (tester.until() < 1) between.learn_end(a, b, width);
+    return between;
+  }
+
   // Those of the near blocks that are listed as neighbours: as they share a vertex, all that are.
   static std::uint64_t neighbours_among(std::uint64_t near, const LeafBlocks& which, const Bvh<Bounds>& tree,
                                         BlockId first_a, BlockId first_b) {

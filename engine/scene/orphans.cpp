@@ -130,6 +130,7 @@ void orphans_of_edge(const Scene& scene, EdgeId e1, std::vector<EdgeEdgeIds>& fo
       } else {
         const int at = face[0] == corner ? 0 : face[1] == corner ? 1 : 2;
         const EdgeId e2 = side_of(scene, h, (at + 1) % 3);  // the edge opposite the corner
+        if (kWith == With::kGreater && e2 < e1) continue;   // found from there
         if (!other_face_is_near(h, e2, face[(at + 1) % 3], face[(at + 2) % 3])) continue;
         if (a != b && has_vertex(face, a) && has_vertex(face, b)) continue;
         consider(h, e2);

@@ -63,6 +63,15 @@ void fly_past(std::mt19937& random, Leaf<Bounds>& leaf) {
   number(leaf);
 }
 
+// Mostly with all that can be known.
+template <class Bounds>
+GridPair<Bounds> related(std::mt19937& random, const Leaf<Bounds>& a, const Leaf<Bounds>& b,
+                         const Width& width) {
+  GridPair<Bounds> between = grid_pair(a.grid, b.grid, width);
+  if (random() % 8 != 0) between.learn_end(a.grid, b.grid, width);
+  return between;
+}
+
 float random_time(std::mt19937& random) {
   constexpr float kTimes[] = {0,        0x1p-100F, 0x1p-24F, 0x1p-20F, 7.5e-6F, 0x1p-14F,
                               0x1p-10F, 0x1p-7F,   0.1F,     0.5F,     0.999F};
@@ -91,7 +100,7 @@ TYPED_TEST(EightBoundsUntilTest, WhatMeetsByThenIsFound) {
     }
     const Width width = random_width(random);
     const float until = random_time(random);
-    const GridPair<TypeParam> between = grid_pair(a.grid, b.grid, width);
+    const GridPair<TypeParam> between = related(random, a, b, width);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.grid);
     Rebased<TypeParam> over;
     rebase(a.block, between, over);
@@ -132,7 +141,7 @@ TYPED_TEST(EightBoundsUntilTest, NothingIsApartFromWhatIsInfinite) {
     const float until = random_time(random);
     const EightOverlaps overlaps =
         block_overlaps(a.block, b.block, {a.count(), b.count(), false},
-                       grid_pair(a.grid, b.grid, random_width(random)), OneOfLeaf::of(b.grid), until);
+                       related(random, a, b, random_width(random)), OneOfLeaf::of(b.grid), until);
     for (std::uint32_t i = 0; i < a.count(); ++i) {
       for (std::uint32_t j = 0; j < b.count(); ++j)
         ASSERT_EQ((overlaps.to_test >> (8 * j + i)) & 1U, 1U) << trial << ": " << i << ", " << j;
