@@ -2,6 +2,7 @@
 #include "engine/scene/orphans.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
@@ -169,6 +170,12 @@ void faces_of_edge(const Scene& scene, EdgeId e, std::vector<EdgeFaceIds>& found
   }
 }
 
+template <class Ids>
+void sort_once_each(std::vector<Ids>& ids, StopSignal stop) {
+  sort_in_parallel(ids, stop, std::less<>());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
+
 // Runs `of_each` for all features of a range, in their order, and returns the results, those of each sorted
 // and without duplicates. Works range by range, so that the peak memory is little more than the result.
 template <class Ids, class First, class OfEach>
@@ -218,9 +225,7 @@ Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSig
       gather<EdgeEdgeIds>(first, end, stop, [&](NewVertex v, auto& found) {
         orphans_of_edges_at(scene, number_of(v), found);
       })};
-  sort_in_parallel(orphans.edge_edge, stop, std::less<>());
-  orphans.edge_edge.erase(std::unique(orphans.edge_edge.begin(), orphans.edge_edge.end()),
-                          orphans.edge_edge.end());
+  sort_once_each(orphans.edge_edge, stop);
   return orphans;
 }
 
@@ -228,12 +233,6 @@ namespace {
 
 constexpr std::uint32_t kNone = LocalChange::kNone;
 constexpr EdgeId kNoEdge = LocalChange::kNoEdge;
-
-template <class Ids>
-void sort_once_each(std::vector<Ids>& ids) {
-  std::ranges::sort(ids);
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
 
 // Merges `made` with those of `before` that `stays` takes over, of which both ascend.
 template <class Ids, class Stays>
@@ -256,7 +255,7 @@ std::vector<Ids> follow(const std::vector<Ids>& before, const std::vector<Ids>& 
 
 // Vertices of which any orphan may be another one: those of what changed, and, where a vertex is of no face,
 // that at the other end of its first lone edge.
-std::vector<std::uint32_t> vertices_to_find(const Scene& scene, const LocalChange& change) {
+std::vector<std::uint32_t> vertices_to_find(const Scene& scene, const LocalChange& change, StopSignal stop) {
   std::vector<std::uint32_t> vertices = change.at;
   for (const std::uint32_t v : change.at) {
     for (const EdgeId e : lone_edges_of(scene, v)) {
@@ -264,7 +263,7 @@ std::vector<std::uint32_t> vertices_to_find(const Scene& scene, const LocalChang
         if (scene.vertex_faces()[w].empty()) vertices.push_back(w);
     }
   }
-  sort_once_each(vertices);
+  sort_once_each(vertices, stop);
   return vertices;
 }
 
@@ -272,7 +271,7 @@ std::vector<VertexFaceIds> follow_vertices(const Scene& scene, const Orphans& be
                                            const LocalChange& change, StopSignal stop) {
   PacedStop paced(stop, 16);
   std::vector<VertexFaceIds> made;
-  const std::vector<std::uint32_t> vertices = vertices_to_find(scene, change);
+  const std::vector<std::uint32_t> vertices = vertices_to_find(scene, change, stop);
   std::vector<std::uint8_t> found;
   lengthen(found, scene.vertex_count(), std::uint8_t{0}, stop);
   for (const std::uint32_t v : vertices) {
@@ -291,7 +290,7 @@ std::vector<VertexFaceIds> follow_vertices(const Scene& scene, const Orphans& be
       }
     }
   }
-  sort_once_each(made);
+  sort_once_each(made, stop);
   const NewVertex first_vertex{part.features.first_vertex};
   const NewFace first_face{part.first_face};
   const auto stays = [&](const VertexFaceIds& pair, VertexFaceIds& now) {
@@ -325,7 +324,7 @@ std::vector<EdgeEdgeIds> follow_edges(const Scene& scene, const Orphans& before,
     if (edge.before != kNoEdge) edge_of[number_of(edge.before)] = kNoEdge;
     if (edge.now != kNoEdge) orphans_of_edge<With::kAll>(scene, edge.now, made);
   }
-  sort_once_each(made);
+  sort_once_each(made, stop);
   const EdgeId first = part.features.first_edge;
   return follow(before.edge_edge, made, stop, [&](const EdgeEdgeIds& pair, EdgeEdgeIds& now) {
     now = {edge_of[pair.a - first], edge_of[pair.b - first]};

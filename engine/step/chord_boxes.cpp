@@ -33,7 +33,7 @@ WARMFRONT_INLINE bool are_near(const Box& a, const Box& b, Double4 room) {
 }
 
 // As an 18-DOP's: along the three axes, and the six between two of them.
-struct Slabs9 {
+struct ChordDop {
   Box straight;
   Box sums;
   Box differences;
@@ -43,13 +43,13 @@ WARMFRONT_INLINE Double4 next_axes(Double4 x) {
   return shuffle<1, 2, 0, 3>(x, x);
 }
 
-WARMFRONT_INLINE Slabs9 slabs_between(Double4 a, Double4 b) {
+WARMFRONT_INLINE ChordDop dop_between(Double4 a, Double4 b) {
   const Double4 c = next_axes(a);
   const Double4 d = next_axes(b);
   return {between(a, b), between(a + c, b + d), between(a - c, b - d)};
 }
 
-WARMFRONT_INLINE Slabs9 both(const Slabs9& a, const Slabs9& b) {
+WARMFRONT_INLINE ChordDop both(const ChordDop& a, const ChordDop& b) {
   return {both(a.straight, b.straight), both(a.sums, b.sums), both(a.differences, b.differences)};
 }
 
@@ -58,7 +58,7 @@ struct Rooms {
   Double4 diagonal;
 };
 
-WARMFRONT_INLINE bool are_near(const Slabs9& a, const Slabs9& b, const Rooms& room) {
+WARMFRONT_INLINE bool are_near(const ChordDop& a, const ChordDop& b, const Rooms& room) {
   return are_near(a.straight, b.straight, room.straight) && are_near(a.sums, b.sums, room.diagonal) &&
          are_near(a.differences, b.differences, room.diagonal);
 }
@@ -113,21 +113,21 @@ std::uint32_t near_features(FaceTimes f, FaceTimes g, double room) {
   const Rooms rooms{{room, room, room, room}, {diagonal, diagonal, diagonal, diagonal}};
   std::uint32_t near = 0;
   for (std::size_t k = 0; k + 1 < f.size() && near != kAll; ++k) {
-    Slabs9 of_f[3];
-    Slabs9 of_g[3];
+    ChordDop of_f[3];
+    ChordDop of_g[3];
     for (int i = 0; i < 3; ++i) {
-      of_f[i] = slabs_between(load<Double4>(f[k][i].data()), load<Double4>(f[k + 1][i].data()));
-      of_g[i] = slabs_between(load<Double4>(g[k][i].data()), load<Double4>(g[k + 1][i].data()));
+      of_f[i] = dop_between(load<Double4>(f[k][i].data()), load<Double4>(f[k + 1][i].data()));
+      of_g[i] = dop_between(load<Double4>(g[k][i].data()), load<Double4>(g[k + 1][i].data()));
     }
-    const Slabs9 face_f = both(both(of_f[0], of_f[1]), of_f[2]);
-    const Slabs9 face_g = both(both(of_g[0], of_g[1]), of_g[2]);
+    const ChordDop face_f = both(both(of_f[0], of_f[1]), of_f[2]);
+    const ChordDop face_g = both(both(of_g[0], of_g[1]), of_g[2]);
     if (!are_near(face_f, face_g, rooms)) continue;
-    Slabs9 sides_g[3];
+    ChordDop sides_g[3];
     for (int j = 0; j < 3; ++j) sides_g[j] = both(of_g[j], of_g[(j + 1) % 3]);
     for (int i = 0; i < 3; ++i) {
       near |= std::uint32_t{are_near(of_f[i], face_g, rooms)} << i;
       near |= std::uint32_t{are_near(of_g[i], face_f, rooms)} << (3 + i);
-      const Slabs9 side_f = both(of_f[i], of_f[(i + 1) % 3]);
+      const ChordDop side_f = both(of_f[i], of_f[(i + 1) % 3]);
       if (!are_near(side_f, face_g, rooms)) continue;
       for (int j = 0; j < 3; ++j)
         near |= std::uint32_t{are_near(side_f, sides_g[j], rooms)} << (6 + 3 * i + j);

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "client/cli/bench/report.h"
+#include "client/cli/print.h"
 #include "client/cli/svg.h"
 
 namespace warmfront::client {
@@ -43,9 +44,9 @@ std::string box(const char* style, double x, double y, double width, double heig
 /// One setting: its stages side by side, the step's total time as a number, and its spread over rounds.
 std::string bar(const BenchRow& row, const LinearAxis& x, double y) {
   const double middle = y + kBar / 2;
-  std::string svg = text_at(
-      kLeft - 8, middle + 4, "end",
-      row.setting.name + print(", %d thread%s", row.setting.threads, row.setting.threads == 1 ? "" : "s"));
+  std::string svg =
+      text_at(kLeft - 8, middle + 4, "end",
+              row.setting.name + ", " + counted(static_cast<std::uint64_t>(row.setting.threads), "thread"));
   double from = 0;
   for (const Stage& stage : kStages) {
     const double ms = (row.frame.*stage.spread).median;

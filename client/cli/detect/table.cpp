@@ -42,11 +42,12 @@ void print_detect_summary(const DetectReport& report) {
   const std::string edges = report.edges > 0 ? counted(report.edges, "edge") + ", " : "";
   const std::string of_half_spaces = vh > 0 ? ", " + std::to_string(vh) + " vh" : "";
   std::printf("%s of %s, %s%" PRIu64 " %s: %s (%" PRIu64 " vf, %" PRIu64 " ee%s; %" PRIu64
-              " possible), %.3f ms a step on %d thread%s\n",
+              " possible), %.3f ms a step on %s\n",
               counted(report.frames.size(), "step").c_str(), counted(report.triangles, "triangle").c_str(),
               edges.c_str(), report.vertices, report.vertices == 1 ? "vertex" : "vertices",
               counted(vf + ee + vh, "contact").c_str(), vf, ee, of_half_spaces.c_str(), possible,
-              ms / static_cast<double>(report.frames.size()), report.threads, report.threads == 1 ? "" : "s");
+              ms / static_cast<double>(report.frames.size()),
+              counted(static_cast<std::uint64_t>(report.threads), "thread").c_str());
   if (!report.contacts_hash.empty()) std::printf("contacts hash %s\n", report.contacts_hash.c_str());
 }
 

@@ -22,9 +22,8 @@ namespace warmfront::client {
 /// What was asked. The number of a row's kind is in the order of the kinds named here; its vertices are as
 /// ContactRecord or, where said, others have them.
 enum class PageOf : std::uint8_t {
-  /// From frame to frame: vertex-face, edge-edge, vertex-half-space, vertex-edge and vertex-vertex contacts,
-  /// by
-  /// their time of impact.
+  /// From frame to frame: vertex-face, edge-edge, vertex-half-space, vertex-edge and vertex-vertex contacts;
+  /// by their time of impact.
   kSteps,
   kNear,          ///< of each frame: the same kinds of pairs, by the share of what counts as near
   kClosestPairs,  ///< the same of closest pairs: by ClosestFeatures, then half-spaces'; as Stencil has them

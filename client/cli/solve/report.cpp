@@ -95,10 +95,10 @@ void print_solve_summary(const SolveArguments& arguments, const std::vector<Solv
                          const std::string& hash) {
   const Medians m = medians_of(frames);
   std::printf(
-      "%zu frames of %d trial%s and a commit; medians: first trial %.3f ms, further trial %.3f ms, "
+      "%zu frames of %s and a commit; medians: first trial %.3f ms, further trial %.3f ms, "
       "commit %.3f ms, ",
-      frames.size(), arguments.trials, arguments.trials == 1 ? "" : "s", m.first_trial, m.further_trial,
-      m.commit);
+      frames.size(), counted(static_cast<std::uint64_t>(arguments.trials), "trial").c_str(), m.first_trial,
+      m.further_trial, m.commit);
   if (arguments.max_step) std::printf("max_step %.3f ms, ", m.max_step);
   std::printf("a frame %.3f ms\n", m.frame);
   if (arguments.compare && m.step > 0)

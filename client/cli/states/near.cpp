@@ -21,6 +21,7 @@
 #include "client/cli/frames/model_summary.h"
 #include "client/cli/html/html_options.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/print.h"
 #include "client/cli/states/page.h"
 #include "client/cli/states/states.h"
 #include "client/io/contact_writer.h"
@@ -299,9 +300,8 @@ int near(const NearArguments& arguments) {
       return failure(status.error().message);
   }
   if (table) {
-    const std::size_t frames = listing.frames().size();
     const WholeRow row;
-    std::printf("within %.9g: %zu frame%s", distance, frames, frames == 1 ? "" : "s");
+    std::printf("within %.9g: %s", distance, counted(listing.frames().size(), "frame").c_str());
     if (!arguments.count) std::printf(", contacts hash %s", listing.hash().c_str());
     std::printf("\n");
   }

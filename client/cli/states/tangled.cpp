@@ -18,6 +18,7 @@
 #include "client/cli/frames/model_summary.h"
 #include "client/cli/html/html_options.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/print.h"
 #include "client/cli/states/page.h"
 #include "client/cli/states/states.h"
 #include "client/cli/states/tangle.h"
@@ -138,8 +139,7 @@ int tangled(const TangledArguments& arguments) {
       return failure(status.error().message);
   }
   const auto bad = json["tangled_frames"].get<std::uint64_t>();
-  if (table)
-    std::printf("%" PRIu64 " of %zu frame%s tangled\n", bad, frames.size(), frames.size() == 1 ? "" : "s");
+  if (table) std::printf("%" PRIu64 " of %s tangled\n", bad, counted(frames.size(), "frame").c_str());
   const int written = finish_output();
   return written != kExitOk ? written : bad > 0 ? kExitNo : kExitOk;
 }

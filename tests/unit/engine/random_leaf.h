@@ -6,11 +6,13 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <random>
 #include <vector>
 
 #include "engine/bounds/width.h"
 #include "engine/bvh/eight_bounds.h"
+#include "engine/bvh/shared_vertices.h"
 
 namespace warmfront::testing {
 
@@ -81,6 +83,22 @@ Leaf<Bounds> random_leaf(std::mt19937& random) {
 inline Width random_width(std::mt19937& random) {
   constexpr double kLengths[] = {0, 1e-6, 0.02, 0.7, 5, 300, 1e9};
   return Width::of(kLengths[random() % std::size(kLengths)]);
+}
+
+// One of its bounds is infinite at an end of the step (0 or 1): the other end alone keeps nothing apart then.
+template <class Bounds>
+void make_endless(Leaf<Bounds>& leaf, std::size_t t) {
+  for (std::size_t k = 0; k < Bounds::kEnd; ++k)
+    leaf.bounds[0].lane[k + t * Bounds::kEnd] = -std::numeric_limits<float>::infinity();
+  leaf.node.merge(leaf.bounds[0]);
+  number(leaf);
+}
+
+// Does `overlaps` have every pair of a primitive of either?
+template <class Bounds>
+bool all_near(const EightOverlaps& overlaps, const Leaf<Bounds>& a, const Leaf<Bounds>& b) {
+  const std::uint64_t pairs = ~no_pairs(b.count(), a.count(), false);
+  return (overlaps.to_test & pairs) == pairs;
 }
 
 }  // namespace warmfront::testing
