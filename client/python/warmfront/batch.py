@@ -94,7 +94,7 @@ class Batch(Uncopied):
                  **options: Any) -> npt.NDArray[np.float64]:
         """(n): how far each copy may go, `Session.max_step()` of it alone: as far as nothing of it touches. What two shared
         bodies do to each other is no copy's, and a copy that stands still may go all the way, 1. A trial, of which `commit()`
-        takes a part for all copies."""
+        takes a part for all copies. `trial(..., report="earliest")` of the same motion has what each copy meets first."""
         answer = self._ask("max_step", positions, poses, worlds, timeout, options)
         assert isinstance(answer, MaxStep)
         fractions = np.ones(self.count)
