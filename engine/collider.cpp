@@ -134,9 +134,8 @@ Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
   // With worlds, the earliest of each are listed.
   const auto first = std::ranges::find(answer.contacts, step.fraction, &Contact::toi);
   if (answer.earliest_toi && first != answer.contacts.end()) step.first = *first;
-  step.overlaps_at_start = leave_out_overlaps
-                               ? answer.overlaps_at_start
-                               : static_cast<std::uint64_t>(std::ranges::count(
+  step.overlaps_at_start =
+      answer.overlaps_at_start + static_cast<std::uint64_t>(std::ranges::count(
                                      answer.contacts, ContactStatus::kOverlapAtStart, &Contact::status));
   step.worlds.assign(answer.worlds.begin(), answer.worlds.end());
   step.world_fractions.reserve(answer.world_tois.size());

@@ -56,16 +56,17 @@ class Collider {
   Result<StepResult> trial(const Frame& frame, const QuestionOptions& options = {},
                            const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
   /// The largest fraction of the motion to `frame` before which nothing touches or comes within the
-  /// separation: a trial() with Report::kEarliest, which can be committed. With `leave_out_overlaps`, pairs
-  /// that touch or are within the separation at the start are ignored and counted. With
+  /// separation: a trial() with Report::kEarliest, which can be committed. With
   /// QuestionOptions::keep_distance, before which no pair comes nearer than that share of its own distance.
   ///
-  /// Except in tier fast there is room for what commit() rounds, which is less than r, 2^-48 (float32: 2^-22)
-  /// of the largest coordinate, at either end, of those of a pair's vertices that move (CommitRoom): a vertex
-  /// and a face or a half-space, or two edges, are in contact when they come within 4 r, and where they start
-  /// within that, when they come within r. So a commit of as much or less takes nothing through anything, and
-  /// leaves it free to go on. What starts within r is at 0, and counted, like what touches; with
-  /// `leave_out_overlaps` it is counted, tested without room, and may be taken through.
+  /// Except in tier fast there is room for what commit() rounds, which is less than r, 2^-44 (float32: 2^-22)
+  /// of the largest coordinate, at either end, of those of a pair's vertices that move (CommitRoom). With m
+  /// the separation and the thickness of both, a pair is in contact when it comes within m + 4 r, or where it
+  /// starts within that, within m + 2 r. So a commit of as much or less leaves nothing within m of anything,
+  /// nor takes it through. What starts nearer still is counted: it may move apart, or along, and the fraction
+  /// is 0 where it comes nearer than it starts by more than r (or 2^-42 of its size), or within r, at any
+  /// time. With `leave_out_overlaps` it stops at r instead, and what starts within r too, or touches, may be
+  /// taken through.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr,
                            Rounding rounding = Rounding::kFloat64);

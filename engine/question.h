@@ -26,7 +26,8 @@ struct QuestionOptions {
   std::optional<std::size_t> max_contacts = std::nullopt;
   /// Of max_step alone, in (0, 1), not in the fast tier: no pair may come nearer than this share of its own
   /// distance at the start. With a min_separation m, a pair that starts d apart is in contact when it comes
-  /// within m + keep_distance (d - m), and one that starts within m as without. Decided as the certified tier
+  /// within m + keep_distance (d - m), and one that starts within m as without, or where
+  /// overlaps are left out when it comes within keep_distance d. Decided as the certified tier
   /// does (the exact tier: with a tolerance of 2^-32), to within 2^-8 of what each pair may approach. Costs
   /// what a min_separation of m + 2 L keep_distance / (1 - keep_distance) does, L being the longest way of a
   /// vertex.
@@ -116,7 +117,8 @@ struct MaxStep {
   /// Of what comes first, the first in the order of contacts.
   std::optional<Contact> first;
   /// Pairs that are within the separation, or nearer than a commit rounds, or not provably apart, at the
-  /// start: counted whether they are left out or not. Where they are not, any of them makes `fraction` 0.
+  /// start: counted whether they are left out or not. Where they are not, any that comes nearer makes
+  /// `fraction` 0.
   std::uint64_t overlaps_at_start = 0;
   /// In a scene with worlds: their numbers, as StepResult has them, and the largest fraction of each alone.
   std::vector<std::uint32_t> worlds;

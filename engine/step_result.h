@@ -16,8 +16,9 @@ namespace warmfront {
 /// One step's answer. `contacts` stays valid until the next step of the same collider.
 struct StepResult : KindCounts {
   std::uint64_t possible = 0;  ///< of vf, ee and vh, those neither proved nor excluded (kPossible, kBudget)
-  /// Left out by options.leave_out_overlaps, of what was looked at: of features at rest since the question
-  /// before only with Report::kEarliest.
+  /// Of max_step(): what starts within the separation, or nearer than a commit rounds, and is no contact at
+  /// the start. With options.leave_out_overlaps alone what that leaves out, of what was looked at: of
+  /// features at rest since the question before only with Report::kEarliest.
   std::uint64_t overlaps_at_start = 0;
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   /// Sorted by (kind, a, b) as Contact has them. Empty for Report::kCount.

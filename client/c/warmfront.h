@@ -213,7 +213,7 @@ typedef struct wf_answer {
   uint64_t frame;              /* its number; of what moves nothing, that of the next one */
   uint64_t vf, ee, ve, vv, ef, vh; /* how many of each kind; ve and vv are among ee */
   uint64_t possible;           /* of these, neither proved nor excluded */
-  uint64_t overlaps_at_start;  /* left out by leave_out_overlaps: not among the rows */
+  uint64_t overlaps_at_start;  /* of wf_max_step(): left out, or coming no nearer; not among the rows */
   double earliest_toi;         /* infinity without a contact */
   size_t rows;                 /* sorted by kind and features */
   const uint8_t* kind;
@@ -248,10 +248,10 @@ WF_API wf_code wf_step(wf_session*, const wf_frame*, const wf_question*, wf_answ
 /* The same, and everything stays where it is. */
 WF_API wf_code wf_trial(wf_session*, const wf_frame*, const wf_question*, wf_answer*, size_t answer_size);
 /* How far may it go before anything touches? In [0, 1]; a trial, which may be committed. The answer has what
- * comes first. Except in tier fast it leaves room for what a commit rounds, which is less than r, 2^-48 of
- * the largest coordinate, at either end, of those of a pair's vertices that move (WF_FLOAT32: 2^-22):
- * features stop at 4 r, or, where they start within that, at r. What starts within r counts as what touches
- * does. */
+ * comes first. Except in tier fast it leaves room for what a commit rounds, which is less than r, 2^-44 of
+ * the largest coordinate, at either end, of those of a pair's vertices that move (WF_FLOAT32: 2^-22): beyond
+ * the separation, a pair stops at 4 r, or, where it starts within that, at 2 r. What starts nearer still may
+ * move apart, or along, and the answer is 0 where any of it comes nearer. */
 WF_API wf_code wf_max_step(wf_session*, const wf_frame*, const wf_question*, double* fraction, wf_answer*,
                            size_t answer_size);
 /* Goes to a fraction in [0, 1] of the last trial or wf_max_step(). WF_FAILED_PRECONDITION where there is

@@ -104,19 +104,20 @@ struct MaxStep {
   /// (Collider::max_step()), before it. 1 where nothing does at all.
   double fraction = 1;
   /// Pairs that are within the separation, or nearer than a commit rounds, or not provably apart, at the
-  /// start: counted whether they are left out or not. Where they are not, any of them makes `fraction` 0.
+  /// start: counted whether they are left out or not. Where they are not, any that comes nearer makes
+  /// `fraction` 0.
   std::uint64_t overlaps_at_start = 0;
   /// In a scene with worlds: the largest fraction of each alone, by the numbers in `answer.worlds`.
   std::vector<double> world_fractions = {};
   Answer answer;  ///< of the trial, with the contacts that come first
 
-  /// Of a trial that reports the earliest contacts, and leaves out those that overlap at the start or not.
-  static MaxStep of(Answer trial, bool leave_out_overlaps) {
+  /// Of a trial that reports the earliest contacts.
+  static MaxStep of(Answer trial) {
     MaxStep step;
     step.fraction = trial.earliest_toi.value_or(1);
-    step.overlaps_at_start = leave_out_overlaps ? trial.overlaps_at_start
-                                                : static_cast<std::uint64_t>(std::ranges::count(
-                                                      trial.contacts.status, ContactStatus::kOverlapAtStart));
+    step.overlaps_at_start =
+        trial.overlaps_at_start +
+        static_cast<std::uint64_t>(std::ranges::count(trial.contacts.status, ContactStatus::kOverlapAtStart));
     step.world_fractions.reserve(trial.world_tois.size());
     for (const double toi : trial.world_tois) step.world_fractions.push_back(std::min(toi, 1.0));
     step.answer = std::move(trial);

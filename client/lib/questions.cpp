@@ -16,10 +16,8 @@ Pending<CommitResult> pending_commit(Asked asked) {
   return {std::move(asked), [](Answer answer) { return answer.commit.value(); }};
 }
 
-Pending<MaxStep> pending_max_step(Asked asked, bool leave_out_overlaps) {
-  if (leave_out_overlaps)
-    return {std::move(asked), [](Answer answer) { return MaxStep::of(std::move(answer), true); }};
-  return {std::move(asked), [](Answer answer) { return MaxStep::of(std::move(answer), false); }};
+Pending<MaxStep> pending_max_step(Asked asked) {
+  return {std::move(asked), [](Answer answer) { return MaxStep::of(std::move(answer)); }};
 }
 
 }  // namespace
@@ -35,8 +33,7 @@ Result<Answer> Questions::trial(const Frame& frame, const QuestionOptions& optio
 }
 Result<MaxStep> Questions::max_step(const Frame& frame, bool leave_out_overlaps,
                                     const QuestionOptions& options, const WaitOptions& wait) {
-  return pending_max_step(ask(frame, {QuestionKind::kMaxStep, options, leave_out_overlaps}, wait, false),
-                          leave_out_overlaps)
+  return pending_max_step(ask(frame, {QuestionKind::kMaxStep, options, leave_out_overlaps}, wait, false))
       .get();
 }
 Result<Answer> Questions::proximity(double distance, Where where, const QuestionOptions& options,
@@ -68,8 +65,7 @@ Pending<Answer> Questions::trial_async(const Frame& frame, const QuestionOptions
 }
 Pending<MaxStep> Questions::max_step_async(const Frame& frame, bool leave_out_overlaps,
                                            const QuestionOptions& options, const WaitOptions& wait) {
-  return pending_max_step(ask(frame, {QuestionKind::kMaxStep, options, leave_out_overlaps}, wait, true),
-                          leave_out_overlaps);
+  return pending_max_step(ask(frame, {QuestionKind::kMaxStep, options, leave_out_overlaps}, wait, true));
 }
 Pending<Answer> Questions::proximity_async(double distance, Where where, const QuestionOptions& options,
                                            const WaitOptions& wait) {

@@ -46,18 +46,6 @@ Near nearness(const Query& query, double reach) {
   return distance_below(query, 0) > query.separation * (1 + 0x1p-40) + reach ? Near::kNo : Near::kUnknown;
 }
 
-// How far a direction keeps all gaps beyond the origin, in the query's units.
-//
-// Error bound as that of separated_times(): a dot product, of values with one rounding, is off by less than
-// 24 u |w|_max for gaps below 1, and the norm by a few u of itself; |w|_max <= norm(w).
-double kept_along(const Query& query, const Vec3& direction) {
-  const double length = norm(direction);
-  if (!(length > 0)) return 0;
-  double least = dot(direction, query.gaps[0].t0);
-  for (int k = 1; k < query.gap_count; ++k) least = std::min(least, dot(direction, query.gaps[k].t0));
-  return least / length * (1 - 0x1p-48) - 48 * kUnit;
-}
-
 }  // namespace
 
 double least_distance(const FeatureVertices& given, Instant at, double most) {

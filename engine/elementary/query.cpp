@@ -130,6 +130,14 @@ SeparatedTimes separated_times(const Query& query, const Vec3& direction) {
                      threshold_for(query, max_abs(direction), query.separation > 0 ? norm(direction) : 0));
 }
 
+double kept_along(const Query& query, const Vec3& direction) {
+  const double length = norm(direction);
+  if (!(length > 0)) return 0;
+  double least = dot(direction, query.gaps[0].t0);
+  for (int k = 1; k < query.gap_count; ++k) least = std::min(least, dot(direction, query.gaps[k].t0));
+  return least / length * (1 - 0x1p-48) - 48 * kUnit;
+}
+
 bool trim(Window& window, const SeparatedTimes& separated) {
   if (!separated.any) return true;
   const bool covers_begin = separated.times.begin <= window.begin;

@@ -33,7 +33,7 @@ void CommitRoom::take(Rounding rounding, const SceneMotion& motion, const Collis
   forget();
   posed_.clear();
   body_of_vertex_ = body_of_vertex;
-  const double share = single ? 0x1p-22 : 0x1p-48;
+  const double share = single ? 0x1p-22 : 0x1p-44;
   const LocalTransform& frame = motion.vertices().frame();
   double origin = 0;
   for (const double x : frame.origin) origin = std::max(origin, std::fabs(x));
@@ -49,7 +49,7 @@ void CommitRoom::take(Rounding rounding, const SceneMotion& motion, const Collis
     if (posed_.empty()) lengthen(posed_, motion.part_count(), Posed{}, stop);
     const auto [start, end] = motion.poses(p);
     Posed& posed = posed_[number_of(p)];
-    posed.share = single ? share : std::ranges::binary_search(model.screws(), p) ? 0x1p-40 : 0x1p-46;
+    posed.share = single ? share : std::ranges::binary_search(model.screws(), p) ? 0x1p-40 : 0x1p-42;
     posed.translation = std::max(translation_of(start), translation_of(end));
     most = std::max(most, posed.of(size));
   }

@@ -19,23 +19,25 @@ namespace warmfront {
 /// largest coordinate at either end, and leaves one that rests where it is (part_way.h). So two features that
 /// are 2^-48 (2^-22) m apart, m being the largest of those of their vertices that move, are apart after it,
 /// and so are they on every line from there to where the commit leaves them. Beside that is what underflows.
+/// The room is 2^-44 (2^-22) m: tests in double tell such distances from each other.
 ///
 /// All vertices of a part that goes from pose to pose move, also where both ends are the same, and m is
 /// 2 m + 3 t there, t being the largest coordinate of the translations of both poses: the rounding of a row
 /// of its matrix counts for the reference shape's distance from its origin at most, which is the distance of
 /// a vertex from the translation at the end, whose matrix is a rotation, and so at most 2 (m + t). In double,
 /// where a row's roundings are of the larger of both ends' numbers, and placing rounds as much, it is 2^-46
-/// of that; along a screw 2^-40: sums of a few terms that are ten times as large, of which two have shares
-/// that are within 2^-49 (screw.h).
+/// of that, and the room 2^-42; along a screw 2^-40: sums of a few terms that are ten times as large, of
+/// which two have shares that are within 2^-49 (screw.h).
 ///
 /// A half-space that goes from pose to pose turns by its matrix's rounding, which counts for the distance
 /// from its point to the vertex: at most twice the largest coordinates of both together.
 ///
-/// A pair that starts farther apart than kAway times that is stopped there: so it is not within what counts
-/// as touching when a commit has taken it there, and may go on.
+/// Which pairs stop how far from each other by that: narrow_phase/with_room.h.
 class CommitRoom {
  public:
-  static constexpr double kAway = 4;
+  static constexpr double kAway = 4;  ///< times the room, beyond the separation: where pairs stop, ...
+  static constexpr double kNear =
+      2;  ///< ... or here where they start nearer, so as to be apart after a commit
 
   /// For commits that round so of the motion that was begun. Throws Stopped when told to stop; none is asked
   /// for then.

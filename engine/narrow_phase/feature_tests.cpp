@@ -30,6 +30,10 @@ double farthest(const HalfSpaceMotion& half_space) {
   return most;
 }
 
+CertifiedOptions certified(const PairAsked& asked) {
+  return {.tolerance = asked.tolerance, .min_separation = asked.separation, .latest = asked.latest};
+}
+
 }  // namespace
 
 FeatureVertices PairTester::features_of(const FeaturePair& pair) const {
@@ -72,22 +76,23 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
   } else if (options.report == Report::kCandidates) {
     verdict = twist != nullptr ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
                                : half_space_candidate(vertex, half_space, elementary, counts);
-  } else if (share > 0) {
-    verdict =
-        with_room(room, separated(input_->keep.beyond), elementary.latest, [&](double own, double latest) {
-          elementary.latest = latest;
-          return twist != nullptr
-                     ? turning_half_space_keep_distance(vertex, *twist, half_space, {share, own}, elementary,
-                                                        counts)
-                     : half_space_keep_distance(vertex, half_space, {share, own}, latest, counts);
-        });
   } else {
-    verdict = with_room(room, elementary.min_separation, elementary.latest, [&](double own, double latest) {
-      elementary.min_separation = own;
-      elementary.latest = latest;
-      return twist != nullptr ? turning_half_space_test(vertex, *twist, half_space, elementary, counts)
-                              : half_space_test(vertex, half_space, elementary, counts);
-    });
+    const auto plain = [&](const PairAsked& now) {
+      const ElementaryOptions of_now = elementary_options(now);
+      return twist != nullptr ? turning_half_space_test(vertex, *twist, half_space, of_now, counts)
+                              : half_space_test(vertex, half_space, of_now, counts);
+    };
+    const auto keeping = [&](const PairAsked& now) {
+      const KeepDistance keep{share, now.separation};
+      return twist != nullptr ? turning_half_space_keep_distance(vertex, *twist, half_space, keep,
+                                                                 elementary_options(now), counts)
+                              : half_space_keep_distance(vertex, half_space, keep, now.latest, counts);
+    };
+    const double separation = share > 0 ? separated(input_->keep.beyond) : elementary.min_separation;
+    verdict = stopped(
+        {separation, room, elementary.latest, options.tolerance, options.leave_out_overlaps},
+        [&] { return start_gap(vertex, half_space); },
+        [&](const PairAsked& now) { return share == 0 ? plain(now) : keeping(now); }, plain);
   }
   ++output_.counts.elementary_tests;
   output_.counts.exact_tests += counts.exact_tests;
@@ -140,22 +145,23 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   const bool separated = options.min_separation > 0 || input_->thickness.any();
   if (separated) {
     for (std::size_t i = 0; i < pairs.size(); ++i)
-      separations[i] = std::max(separation(pairs[i]), CommitRoom::kAway * room_of(pairs[i]));
+      separations[i] = separation(pairs[i]) + CommitRoom::kAway * room_of(pairs[i]);
   }
   std::size_t count = coplanarity_filter(
       pairs, input_->vertices, {separations.data(), separated ? pairs.size() : 0}, survivors.data());
   output_.counts.coplanarity_passed += count;
   if (!separated) count = separation_filter(pairs, input_->vertices, survivors.data(), count);
-  ElementaryOptions elementary = elementary_options();
   ElementaryCounts counts;
   for (std::size_t i = 0; i < count; ++i) {
     const FeaturePair& pair = pairs[survivors[i]];
     const std::uint64_t before = counts.exact_tests;
-    take_verdict(pair, with_room(pair, separation(pair), [&](double own, double latest) {
-                   elementary.min_separation = own;
-                   elementary.latest = latest;
-                   return elementary_test(features_of(pair), elementary, counts);
-                 }));
+    const FeatureVertices features = features_of(pair);
+    take_verdict(pair, stopped(
+                           pair, features, separation(pair),
+                           [&](const PairAsked& now) {
+                             return elementary_test(features, elementary_options(now), counts);
+                           },
+                           [&](const PairAsked& now) { return comes_nearer(features, now); }));
     look_after_exact(counts.exact_tests - before);
   }
   output_.counts.exact_tests += counts.exact_tests;
@@ -168,25 +174,23 @@ TurningPair PairTester::turning(const FeaturePair& pair, const FeatureVertices& 
 // No filter of many pairs comes before: these know of lines.
 void PairTester::test_turning(std::span<const FeaturePair> pairs) {
   const ColliderOptions& options = input_->options;
-  CertifiedOptions certified{.tolerance = options.tolerance};
   for (const FeaturePair& pair : pairs) {
     const FeatureVertices features = features_of(pair);
     const TurningPair turns = turning(pair, features);
+    const auto plain = [&](const PairAsked& now) { return turning_test(turns, certified(now)); };
     input_->stop.check();
     if (options.report == Report::kCandidates) {
       take_verdict(pair, turning_candidate_test(turns, separation(pair)));
     } else if (input_->keep.share > 0) {
-      take_verdict(pair,
-                   with_room(pair, separation(pair, input_->keep.beyond), [&](double own, double latest) {
-                     certified.latest = latest;
-                     return turning_keep_distance_test(turns, {input_->keep.share, own}, certified);
-                   }));
+      take_verdict(pair, stopped(
+                             pair, features, separation(pair, input_->keep.beyond),
+                             [&](const PairAsked& now) {
+                               return turning_keep_distance_test(turns, {input_->keep.share, now.separation},
+                                                                 certified(now));
+                             },
+                             plain));
     } else {
-      take_verdict(pair, with_room(pair, separation(pair), [&](double own, double latest) {
-                     certified.min_separation = own;
-                     certified.latest = latest;
-                     return turning_test(turns, certified);
-                   }));
+      take_verdict(pair, stopped(pair, features, separation(pair), plain, plain));
     }
   }
 }
@@ -282,15 +286,34 @@ ElementaryOptions PairTester::elementary_options() const {
   return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = asked()};
 }
 
+ElementaryOptions PairTester::elementary_options(const PairAsked& asked) const {
+  return {.tier = input_->options.tier,
+          .tolerance = asked.tolerance,
+          .min_separation = asked.separation,
+          .latest = asked.latest};
+}
+
+Verdict PairTester::comes_nearer(const FeatureVertices& features, const PairAsked& asked) {
+  if (stays_apart(features, asked.separation)) return {};
+  ElementaryCounts counts;
+  const Verdict verdict = elementary_test(features, elementary_options(asked), counts);
+  output_.counts.exact_tests += counts.exact_tests;
+  look_after_exact(counts.exact_tests);
+  return verdict;
+}
+
 // No filter of many pairs comes before: these know of one separation for all, and the answer may not depend
 // on what that is.
 void PairTester::keep_distances(std::span<const FeaturePair> pairs) {
-  CertifiedOptions certified{.tolerance = input_->options.tolerance};
   for (const FeaturePair& pair : pairs) {
-    take_verdict(pair, with_room(pair, separation(pair, input_->keep.beyond), [&](double own, double latest) {
-                   certified.latest = latest;
-                   return keep_distance_test(features_of(pair), {input_->keep.share, own}, certified);
-                 }));
+    const FeatureVertices features = features_of(pair);
+    take_verdict(
+        pair, stopped(
+                  pair, features, separation(pair, input_->keep.beyond),
+                  [&](const PairAsked& now) {
+                    return keep_distance_test(features, {input_->keep.share, now.separation}, certified(now));
+                  },
+                  [&](const PairAsked& now) { return comes_nearer(features, now); }));
   }
 }
 

@@ -60,8 +60,7 @@ struct NarrowPhaseInput {
   /// nearer. Written by all threads, each number atomically.
   std::span<double> vertex_distances = {};
   bool half_spaces = false;  ///< are there any?
-  /// Where it is asked for, a vertex and a face, or two edges, are in contact when they come as near as that,
-  /// or as kAway times that where they start beyond.
+  /// Where it is asked for, how near pairs may come goes by it: with_room().
   const CommitRoom* room = nullptr;
 
   /// Pairs and kept contacts that are noted, by each thread and in all; where there are more, test_met() does
@@ -78,7 +77,7 @@ struct TooManyContacts {};
 struct NarrowPhaseOutput {
   KindCounts found;
   std::uint64_t possible = 0;
-  std::uint64_t overlaps = 0;  ///< that options.leave_out_overlaps leaves out
+  std::uint64_t overlaps = 0;  ///< at the start, that no contact tells: see StepResult::overlaps_at_start
   double earliest = 2;         ///< least toi; 2 without contacts
   StepCounts counts;           ///< only the narrow phase's counts
   bool over_limit = false;     ///< Report::kEarliest: more ties than options.max_contacts

@@ -258,8 +258,7 @@ double PairTester::separation(const FeaturePair& pair, double asked) const {
 }
 
 double PairTester::room_of(const FeaturePair& pair) const {
-  const bool can_pass = pair.kind == ContactKind::kVertexFace || pair.kind == ContactKind::kEdgeEdge;
-  return input_->room != nullptr && can_pass ? input_->room->of(pair.vertices, input_->vertices) : 0;
+  return input_->room != nullptr ? input_->room->of(pair.vertices, input_->vertices) : 0;
 }
 
 float PairTester::until_in(std::uint32_t world) const {

@@ -21,6 +21,7 @@
 #include "engine/narrow_phase/met_pairs.h"
 #include "engine/narrow_phase/narrow_phase.h"
 #include "engine/narrow_phase/triangle_filter.h"
+#include "engine/narrow_phase/with_room.h"
 #include "engine/parallel/stage_clock.h"
 
 namespace warmfront {
@@ -149,6 +150,7 @@ class PairTester {
   std::atomic_ref<double> distance_of(std::uint32_t v) const;
   void test_intersections(std::span<const FeaturePair> pairs);
   ElementaryOptions elementary_options() const;
+  ElementaryOptions elementary_options(const PairAsked& asked) const;
   // The same where each pair has a separation of its own.
   void keep_distances(std::span<const FeaturePair> pairs);
   // Of a motion: pairs of which something moves along an arc.
@@ -177,37 +179,28 @@ class PairTester {
   // Of the pair, in a question with this separation for all, without room for roundings.
   double separation(const FeaturePair& pair, double asked) const;
   double separation(const FeaturePair& pair) const { return separation(pair, asked()); }
-  static bool overlaps_at_start(const Verdict& verdict) {
-    return verdict.contact && verdict.status == ContactStatus::kOverlapAtStart;
-  }
   // What a commit may round the pair by; 0 where no room is asked for it.
   double room_of(const FeaturePair& pair) const;
-  // By a test of a pair that is given a separation, and until when contacts are needed: the separation
-  // `without` room, or kAway times the room where that is more. What starts within the latter may come as
-  // near as the room; what starts within that is counted, and where overlaps are left out, tested without.
-  // Where that finds a contact, it tells how surely it is one.
-  template <class Test>
-  Verdict with_room(double room, double without, double latest, Test&& test) {
-    Verdict verdict = test(std::max(without, CommitRoom::kAway * room), latest);
-    if (!(CommitRoom::kAway * room > without) || !verdict.contact) return verdict;
-    if (overlaps_at_start(verdict)) verdict = test(std::max(without, room), latest);
-    if (overlaps_at_start(verdict)) {
-      if (!(room > without) || !input_->options.leave_out_overlaps) return verdict;
-      const Verdict only = test(without, latest);
-      if (!overlaps_at_start(only)) ++output_.overlaps;
-      return only;
-    }
-    if (!verdict.contact) return verdict;
-    // By its roundings the narrower one may know less surely of a start that is apart.
-    const Verdict surely = test(without, 1.0);
-    if (surely.contact && !overlaps_at_start(surely)) verdict.status = surely.status;
-    return verdict;
+  // By tests of what they are asked: with_room() where room is asked for, else once.
+  template <class Start, class Test, class ComesNearer>
+  Verdict stopped(const RoomQuestion& asked, Start&& start, Test&& test, ComesNearer&& comes_nearer) {
+    if (input_->room == nullptr) return test(PairAsked{asked.separation, asked.latest, asked.tolerance});
+    const RoomVerdict told = with_room(asked, start, test, comes_nearer);
+    if (told.overlaps) ++output_.overlaps;
+    return told.verdict;
   }
-  template <class Test>
-  Verdict with_room(const FeaturePair& pair, double without, Test&& test) {
+  template <class Test, class ComesNearer>
+  Verdict stopped(const FeaturePair& pair, const FeatureVertices& features, double separation, Test&& test,
+                  ComesNearer&& comes_nearer) {
     const double latest = asks_for_earliest() ? std::min(1.0, earliest_around(pair)) : 1;
-    return with_room(room_of(pair), without, latest, test);
+    const double room = room_of(pair);
+    const ColliderOptions& options = input_->options;
+    return stopped(
+        {separation, room, latest, options.tolerance, options.leave_out_overlaps},
+        [&] { return start_gap(features, separation + CommitRoom::kNear * room); }, test, comes_nearer);
   }
+  // Does a pair that moves along lines come within the separation?
+  Verdict comes_nearer(const FeatureVertices& features, const PairAsked& asked);
   void push(const FeaturePair& pair);
   // The same of a pair that no excluded vertices leave out.
   void push_unless_at_rest(const FeaturePair& pair);

@@ -229,7 +229,7 @@ class Filtered : public DrawnBodies {
       if (!may_meet(scene_->body_of_vertex()[v[0]], scene_->body_of_vertex()[v[3]])) return;
       if (rules_->leave_out(contact)) return;
       const FeatureVertices features = testing::features_of(*scene_, vertices, kind, a, b);
-      const Verdict verdict = testing::max_step_verdict(kind, features, question, leave_out, options_, 0);
+      const Verdict verdict = testing::max_step_verdict(features, question, leave_out, options_, 0);
       if (!verdict.contact) return;
       contact.status = verdict.status;
       contact.toi = verdict.toi;

@@ -211,9 +211,8 @@ class Thick : public DrawnBodies {
     if (below(2) == 0) question.keep_distance = 0.2;
     double earliest = 1;
     const double asked = question.keep_distance ? 1 : options_.min_separation;
-    for_pairs(vertices, asked, [&](const Contact& pair, const FeatureVertices& features, double thick) {
-      const Verdict verdict =
-          testing::max_step_verdict(pair.kind, features, question, leave_out, options_, thick);
+    for_pairs(vertices, asked, [&](const Contact&, const FeatureVertices& features, double thick) {
+      const Verdict verdict = testing::max_step_verdict(features, question, leave_out, options_, thick);
       if (!verdict.contact) return;
       if (leave_out && verdict.status == ContactStatus::kOverlapAtStart) return;
       earliest = std::min(earliest, verdict.toi);

@@ -19,7 +19,7 @@
 #include "tests/support/accepted_state.h"
 #include "tests/support/accepted_state_parts.h"
 #include "tests/support/brute_force.h"
-#include "tests/support/commit_room_oracle.h"
+#include "tests/support/max_step_oracle.h"
 #include "tests/support/pair_rules.h"
 #include "tests/support/reduced_oracle.h"
 
@@ -148,8 +148,8 @@ void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion>
   }
 }
 
-ElementaryOptions elementary_options(const ColliderOptions& options, double separation) {
-  return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = separation};
+ElementaryOptions elementary_options(const ColliderOptions& options, double separation, double tolerance) {
+  return {.tier = options.tier, .tolerance = tolerance, .min_separation = separation};
 }
 
 }  // namespace
@@ -178,7 +178,6 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   const std::vector<VertexMotion> vertices = motion_between(positions, target_of(*this, step));
   const Twists twists = twists_of(*this, step);
   const bool candidates = options.report == Report::kCandidates;
-  const CertifiedOptions kept{.tolerance = options.tier == Tier::kExact ? 0x1p-32 : options.tolerance};
   ElementaryCounts counts;
   const auto keep_of = [&](double m) { return KeepDistance{options.keep_distance.value_or(0), m}; };
   const std::vector<PosedRounding> posed = posed_by(*this, step);
@@ -189,48 +188,68 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
     std::array<PosedRounding, 4> of_vertices;
     const auto ids = made.vertices_of(pair);
     for (std::size_t k = 0; k < 4; ++k) of_vertices[k] = posed_around(ids[k]);
-    return max_step ? room_of(pair.kind, features, rounding, of_vertices) : 0;
+    return room_of(features, rounding, of_vertices);
   };
-  const auto test = [&](const TurningPair& pair, double separation) {
+  const double tolerance =
+      options.keep_distance && options.tier == Tier::kExact ? 0x1p-32 : options.tolerance;
+  const auto test = [&](const TurningPair& pair, double separation, double within) {
     if (pair.first != nullptr || pair.second != nullptr) {
-      return options.keep_distance ? turning_keep_distance_test(pair, keep_of(separation), kept)
-             : candidates
-                 ? turning_candidate_test(pair, separation)
-                 : turning_test(pair, {.tolerance = options.tolerance, .min_separation = separation});
+      return options.keep_distance
+                 ? turning_keep_distance_test(pair, keep_of(separation), {.tolerance = within})
+             : candidates ? turning_candidate_test(pair, separation)
+                          : turning_test(pair, {.tolerance = within, .min_separation = separation});
     }
-    return options.keep_distance ? keep_distance_test(pair.features, keep_of(separation), kept)
-           : candidates          ? candidate_test(pair.features, separation)
-                        : elementary_test(pair.features, elementary_options(options, separation), counts);
+    return options.keep_distance
+               ? keep_distance_test(pair.features, keep_of(separation), {.tolerance = within})
+           : candidates
+               ? candidate_test(pair.features, separation)
+               : elementary_test(pair.features, elementary_options(options, separation, within), counts);
   };
-  std::vector<Contact> contacts =
-      found_by(scene, made, vertices, twists, options.keep_distance ? 1 : options.min_separation,
-               [&](const TurningPair& pair, const Contact& ids, double thickness) {
-                 return with_room(options.min_separation + thickness, room(ids, pair.features),
-                                  options.leave_out_overlaps,
-                                  [&](double separation) { return test(pair, separation); });
-               });
+  const bool leaves_room = max_step && options.tier != Tier::kFast;
+  std::vector<Contact> contacts = found_by(
+      scene, made, vertices, twists, options.keep_distance ? 1 : options.min_separation,
+      [&](const TurningPair& pair, const Contact& ids, double thickness) {
+        const double asked = options.min_separation + thickness;
+        if (!leaves_room) return test(pair, asked, tolerance);
+        const double rounds = room(ids, pair.features);
+        return with_room(
+            asked, rounds, options.leave_out_overlaps, start_gap(pair.features, asked + 2 * rounds),
+            tolerance, [&](double separation, double within) { return test(pair, separation, within); },
+            [&](double separation, double within) {
+              const bool turns = pair.first != nullptr || pair.second != nullptr;
+              return turns ? turning_test(pair, {.tolerance = within, .min_separation = separation})
+                           : comes_within(pair.features, options.tier, separation, within);
+            });
+      });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, &step);
   add_half_spaces(
       contacts, scene, made, twists,
       [&](std::uint32_t v, std::uint32_t b, double thickness, const Twist* twist) {
         const VertexMotion& vertex = vertices[v];
         const HalfSpaceMotion& half_space = half_spaces[b];
-        const auto test_by = [&](double separation) {
-          const ElementaryOptions elementary = elementary_options(options, separation);
-          if (twist != nullptr) {
-            return options.keep_distance
+        const auto plain = [&](double separation, double within) {
+          const ElementaryOptions elementary = elementary_options(options, separation, within);
+          return twist != nullptr ? turning_half_space_test(vertex, *twist, half_space, elementary, counts)
+                                  : half_space_test(vertex, half_space, elementary, counts);
+        };
+        const auto test_by = [&](double separation, double within) {
+          const ElementaryOptions elementary = elementary_options(options, separation, within);
+          if (options.keep_distance) {
+            return twist != nullptr
                        ? turning_half_space_keep_distance(vertex, *twist, half_space, keep_of(separation),
                                                           elementary, counts)
-                   : candidates ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
-                                : turning_half_space_test(vertex, *twist, half_space, elementary, counts);
+                       : half_space_keep_distance(vertex, half_space, keep_of(separation), 1, counts);
           }
-          return options.keep_distance
-                     ? half_space_keep_distance(vertex, half_space, keep_of(separation), 1, counts)
-                 : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
-                              : half_space_test(vertex, half_space, elementary, counts);
+          if (!candidates) return plain(separation, within);
+          return twist != nullptr
+                     ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
+                     : half_space_candidate(vertex, half_space, elementary, counts);
         };
-        const double room = max_step ? room_of(vertex, half_space, rounding, posed_around(v), posed[b]) : 0;
-        return with_room(options.min_separation + thickness, room, options.leave_out_overlaps, test_by);
+        const double asked = options.min_separation + thickness;
+        if (!leaves_room) return test_by(asked, options.tolerance);
+        return with_room(asked, room_of(vertex, half_space, rounding, posed_around(v), posed[b]),
+                         options.leave_out_overlaps, start_gap(vertex, half_space), options.tolerance,
+                         test_by, plain);
       });
   Outcome outcome = answer_of(std::move(contacts), scene, made, options);
   if (max_step) {  // which tells of the first alone
@@ -267,14 +286,15 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
                [&](const TurningPair& pair, const Contact& /*ids*/, double thickness) {
                  const double separation = options.min_separation + thickness;
                  return proximity_test(pair.features, options.instant,
-                                       elementary_options(options, separation), counts);
+                                       elementary_options(options, separation, options.tolerance), counts);
                });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, at_end ? &*trial : nullptr);
   add_half_spaces(
       reported, scene, made, {},
       [&](std::uint32_t v, std::uint32_t b, double thickness, const Twist* /*none turns at an instant*/) {
-        return half_space_proximity(vertices[v], half_spaces[b], options.instant,
-                                    elementary_options(options, options.min_separation + thickness), counts);
+        return half_space_proximity(
+            vertices[v], half_spaces[b], options.instant,
+            elementary_options(options, options.min_separation + thickness, options.tolerance), counts);
       });
   Outcome outcome = answer_of(reported, scene, made, options);
   outcome.earliest_toi.reset();

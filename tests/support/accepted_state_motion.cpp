@@ -24,7 +24,7 @@ std::vector<PosedRounding> posed_by(const AcceptedState& state, const StepOperat
     const Pose from = state.pose[pose.body].value_or(Pose{});
     if (from == pose.pose) continue;
     auto& [share, translation] = posed[pose.body];
-    const double of_double = state.scene.bodies[pose.body].screw ? 0x1p-40 : 0x1p-46;
+    const double of_double = state.scene.bodies[pose.body].screw ? 0x1p-40 : 0x1p-42;
     share = state.rounding == Rounding::kFloat64 ? of_double : share_of(state.rounding);
     for (const std::size_t i : {3, 7, 11})
       translation = std::max({translation, std::abs(from.matrix[i]), std::abs(pose.pose.matrix[i])});

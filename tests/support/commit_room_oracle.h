@@ -7,10 +7,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <vector>
 
 #include "engine/contact.h"
 #include "engine/elementary/half_space.h"
 #include "engine/elementary/query.h"
+#include "engine/elementary/start_gap.h"
 #include "engine/elementary/verdict.h"
 #include "engine/options.h"
 
@@ -23,7 +25,7 @@ struct PosedRounding {
 };
 
 inline double share_of(Rounding rounding) {
-  return rounding == Rounding::kFloat32 ? 0x1p-22 : 0x1p-48;
+  return rounding == Rounding::kFloat32 ? 0x1p-22 : 0x1p-44;
 }
 
 /// Of a vertex; `posed`: of its body.
@@ -55,30 +57,41 @@ inline double room_of(const VertexMotion& vertex, const HalfSpaceMotion& half_sp
   return own + (of(size) + of(point) + least);
 }
 
-/// Of a pair of this kind; `posed`: by vertex of the pair, of its body.
-inline double room_of(ContactKind kind, const FeatureVertices& features, Rounding rounding,
+/// Of a pair of features; `posed`: by vertex of the pair, of its body.
+inline double room_of(const FeatureVertices& features, Rounding rounding,
                       const std::array<PosedRounding, 4>& posed = {}) {
-  if (kind != ContactKind::kVertexFace && kind != ContactKind::kEdgeEdge) return 0;
   double room = 0;
   for (std::size_t k = 0; k < 4; ++k) room = std::max(room, room_of(*features.vertex[k], rounding, posed[k]));
   return room;
 }
 
-/// By a test that is given a separation: what is asked for, or four times the room where that is more, or the
-/// room where the pair starts within that. How surely what is in contact is, the test for what is asked for
-/// tells; where overlaps at the start are left out, it tells all of what starts within the room alone.
-template <class Test>
-Verdict with_room(double asked, double room, bool leave_out_overlaps, Test&& test) {
+/// How far a pair may go, by a test that is given a separation, and until which tolerance a time counts as
+/// found. It stops four rooms beyond what is asked for, or two where it starts nearer than that. What starts
+/// nearer still overlaps; without those that do, it stops at the first of what is asked for, the room and 0,
+/// by size, that it starts beyond; else at its start, unless it comes no nearer than it starts.
+template <class Test, class ComesNearer>
+Verdict with_room(double asked, double room, bool leave_out_overlaps, const StartGap& start, double tolerance,
+                  Test&& test, ComesNearer&& comes_nearer) {
   const auto at_start = [](const Verdict& verdict) {
     return verdict.contact && verdict.status == ContactStatus::kOverlapAtStart;
   };
-  const Verdict without = test(asked);
-  if (4 * room <= asked) return without;
-  Verdict verdict = test(4 * room);
-  if (at_start(verdict)) verdict = test(std::max(asked, room));
-  if (at_start(verdict)) return leave_out_overlaps && room > asked ? without : verdict;
-  if (verdict.contact && without.contact && !at_start(without)) verdict.status = without.status;
-  return verdict;
+  const Verdict without = test(asked, tolerance);
+  if (room == 0 && !at_start(without)) return without;
+  std::vector<double> separations{asked + 4 * room, asked + 2 * room};
+  if (leave_out_overlaps)
+    separations.insert(separations.end(), {std::max(asked, room), std::min(asked, room), 0});
+  for (const double separation : separations) {
+    Verdict verdict = test(separation, tolerance);
+    if (at_start(verdict)) continue;
+    if (separation > std::max(asked, room) && verdict.contact && without.contact && !at_start(without))
+      verdict.status = without.status;
+    return verdict;
+  }
+  const Verdict overlap{true, ContactStatus::kOverlapAtStart, 0};
+  if (leave_out_overlaps) return overlap;
+  const double as_near = std::max(room, start.least - std::max(room, std::ldexp(start.size, -42)));
+  const double within = std::max(std::ldexp(1, -50), (start.least - as_near) / start.size / 128);
+  return comes_nearer(as_near, std::min(tolerance, within)).contact ? overlap : Verdict{};
 }
 
 }  // namespace warmfront::testing

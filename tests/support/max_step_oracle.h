@@ -9,25 +9,36 @@
 
 namespace warmfront::testing {
 
-/// Of a pair of this kind that moves along lines, asked with a tier in a session of float64 with these
-/// options; `thickness`: of both features together.
-inline Verdict max_step_verdict(ContactKind kind, const FeatureVertices& features,
-                                const QuestionOptions& question, bool leave_out_overlaps,
-                                const ColliderOptions& of_session, double thickness) {
-  const CertifiedOptions certified{.tolerance =
-                                       question.tier == Tier::kExact ? 0x1p-32 : of_session.tolerance};
+/// By the direction between the closest points at the start, or by the tier's test.
+inline Verdict comes_within(const FeatureVertices& features, Tier tier, double separation, double tolerance) {
   ElementaryCounts counts;
-  const auto test = [&](double separation) {
+  if (stays_apart(features, separation)) return {};
+  return elementary_test(features, {.tier = tier, .tolerance = tolerance, .min_separation = separation},
+                         counts);
+}
+
+/// Of a pair that moves along lines, asked with a tier in a session of float64 with these
+/// options; `thickness`: of both features together.
+inline Verdict max_step_verdict(const FeatureVertices& features, const QuestionOptions& question,
+                                bool leave_out_overlaps, const ColliderOptions& of_session,
+                                double thickness) {
+  const double tolerance =
+      question.keep_distance && question.tier == Tier::kExact ? 0x1p-32 : of_session.tolerance;
+  ElementaryCounts counts;
+  const auto test = [&](double separation, double within) {
     return question.keep_distance
-               ? keep_distance_test(features, {*question.keep_distance, separation}, certified)
+               ? keep_distance_test(features, {*question.keep_distance, separation}, {.tolerance = within})
                : elementary_test(features,
-                                 {.tier = *question.tier,
-                                  .tolerance = of_session.tolerance,
-                                  .min_separation = separation},
+                                 {.tier = *question.tier, .tolerance = within, .min_separation = separation},
                                  counts);
   };
-  return with_room(of_session.min_separation + thickness, room_of(kind, features, Rounding::kFloat64),
-                   leave_out_overlaps, test);
+  const double asked = of_session.min_separation + thickness;
+  const double room = room_of(features, Rounding::kFloat64);
+  const auto comes_nearer = [&](double separation, double within) {
+    return comes_within(features, *question.tier, separation, within);
+  };
+  return with_room(asked, room, leave_out_overlaps, start_gap(features, asked + 2 * room), tolerance, test,
+                   comes_nearer);
 }
 
 }  // namespace warmfront::testing

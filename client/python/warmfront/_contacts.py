@@ -250,8 +250,8 @@ _KINDS = {int(kind): kind for kind in Kind}
 _STATUSES = {int(status): status for status in Status}
 
 
-def max_step_of(contacts: Contacts, summary: Any, leaves_out: bool) -> MaxStep:
-    """Of the earliest contacts of a motion, and their v1.StepSummary, which counts what a question leaves out."""
+def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:
+    """Of the earliest contacts of a motion, and their v1.StepSummary, which counts what overlaps and is not among them."""
     first = None
     tois = contacts.world_tois
     if len(contacts.toi) > 0:
@@ -260,7 +260,7 @@ def max_step_of(contacts: Contacts, summary: Any, leaves_out: bool) -> MaxStep:
         a, b, c, d = contacts.v[row].tolist()
         first = Contact(_KINDS[contacts.kind.item(row)], _STATUSES[contacts.status.item(row)], (a, b, c, d), contacts.toi.item(row))
     fraction = 1.0 if contacts.earliest_toi is None else contacts.earliest_toi
-    overlaps = summary.overlaps_at_start if leaves_out else int((contacts.status == Status.OVERLAP_AT_START).sum())
+    overlaps = summary.overlaps_at_start + int((contacts.status == Status.OVERLAP_AT_START).sum())
     return MaxStep(fraction, first, overlaps, contacts.statistics, contacts.worlds,
                    np.minimum(tois, 1.0) if len(tois) > 0 else tois)
 

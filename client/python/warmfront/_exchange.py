@@ -234,7 +234,7 @@ class Exchange:
         if request.kind == "intersections":
             return intersections_of(contacts, parts[-1].summary)
         if request.kind == "max_step":
-            return max_step_of(contacts, parts[-1].summary, request.question.leaves_out)
+            return max_step_of(contacts, parts[-1].summary)
         return contacts
 
     def _answered(self) -> None:

@@ -292,7 +292,7 @@ class Local:
         contacts = Contacts(number, *answer.columns(), answer, topology, worlds, tois)
         if question.kind == "intersections":
             return intersections_of(contacts, answer)
-        return max_step_of(contacts, answer, question.leaves_out) if question.kind == "max_step" else contacts
+        return max_step_of(contacts, answer) if question.kind == "max_step" else contacts
 
     def _committed(self, answer: _engine.Answer, fraction: float, number: int) -> Committed:
         moved, self._trial = self._trial, None

@@ -40,7 +40,6 @@ class Question:
     by_vertex: bool = False  # answered by a number a vertex
     reduced: bool = False
     keeps_distance: bool = False
-    leaves_out: bool = False  # what overlaps at the start
 
     @property
     def is_trial(self) -> bool:
@@ -133,7 +132,7 @@ def _made_of(kind: QuestionKind, tier: Any, tolerance: Any, min_separation: Any,
     if fields is not None:
         columns = (fields,) if isinstance(fields, str) else tuple(fields)
     return Question(kind, message.SerializeToString(), columns, where == "trial_end", report == "vertex-distances",
-                    bool(reduced), keep_distance is not None, bool(leave_out_overlaps))
+                    bool(reduced), keep_distance is not None)
 
 
 def number_of(value: Any, name: str, wanted: str) -> float:

@@ -118,14 +118,13 @@ class Questions(Asking):
         trial that tells the first contact alone; it may be committed as one.
 
         Except in tier "fast", it leaves room for what a commit of part of the motion rounds, which is less than r, 2**-22 (in
-        a session of float64: 2**-48) of the largest coordinate, at either end, of those of a pair's vertices that move: a
-        vertex and a face or a half-space, or two edges, stop at 4 r, or, where they start within that, at r. So no commit of as
-        much or less takes anything through anything. What starts within r counts as what touches does, and the answer is 0:
-        separate such pairs, `proximity()` lists them. Where overlaps are left out, they are counted, looked at without room,
-        and may be taken through.
+        a session of float64: 2**-44) of the largest coordinate, at either end, of those of a pair's vertices that move. With m
+        the separation and the thickness of both, a pair stops at m + 4 r, or, where it starts within that, at m + 2 r. So no
+        commit of as much or less leaves anything within m, or takes it through anything. What starts nearer still may move
+        apart, or along: the answer is 0 where any of it comes nearer than it starts by more than r, or within r.
 
-        leave_out_overlaps: what is not apart at the start does not count, only how much of it there is; else the answer is 0
-        where there is any.
+        leave_out_overlaps: what starts so near does not stop the motion before it comes within r, and what starts within r,
+        or touches, may be taken through. It is counted in either case.
 
         keep_distance: s in (0, 1), how far may it go before any pair comes nearer than s times its own distance at the start?
         With a min_separation m, nearer than m + s (d - m) where it starts d apart; pairs that start within m are as without.

@@ -103,12 +103,11 @@ class MaxStep:
     """How far a motion may go; `float()` of it is the fraction.
 
     fraction: in [0, 1]. Nothing touches, or comes within the separation, before it (tiers "certified" and "exact": a lower
-    bound, with room for what `Session.commit()` rounds, so that nothing passes through anything when it is committed; within
-    a separation or a thickness the rounding may leave pairs, and then they are overlaps at the next start). 1 where nothing
-    does in the whole motion.
+    bound, with room for what `Session.commit()` rounds, so that nothing passes through anything, or is left within the
+    separation, when it is committed). 1 where nothing does in the whole motion.
     first: of what comes first, the first in the order of contacts; None where nothing comes.
     overlaps_at_start: pairs that are within the separation, or nearer than a commit rounds, or not provably apart, at the
-    start: counted whether they are left out or not. Where they are not, any of them makes the fraction 0.
+    start: counted whether they are left out or not. Where they are not, any that comes nearer makes the fraction 0.
     In a scene with worlds, else empty: worlds (w) uint32, ascending, with 0 where a body is in none, and world_fractions (w)
     float64, how far the motion may go in each alone.
     """

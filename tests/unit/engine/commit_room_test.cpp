@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -25,35 +26,43 @@ Collider collider_of(const SceneDescription& scene, std::span<const double> star
       .value();
 }
 
-// Nearer than a commit rounds is near at the start; who leaves that out is told of what it meets.
-TEST(CommitRoom, WhatStartsWithinTheRoomIsCountedAndStillTested) {
-  const std::vector<double> start{0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25, 0.25, 1e-8};
-  std::vector<double> through = start, away = start;
-  for (std::vector<double>* end : {&through, &away}) {
-    for (std::size_t v = 0; v < 3; ++v) (*end)[3 * v + 2] += 1;
-  }
-  away[11] += 2;
+// A vertex above a face goes away, through it, or along with it.
+TEST(CommitRoom, WhatStartsWithinTheRoomMayMoveApart) {
+  constexpr double kRoom = 0x1p-22;  // of 1, the largest coordinate of what moves
   SceneDescription scene{4, {{0, 1, 2}}, {{"", 0, 3}, {"", 3, 1}}};
   for (const Tier tier : {Tier::kCertified, Tier::kExact}) {
-    Collider collider = collider_of(scene, start, tier);
-    const auto ask = [&](const std::vector<double>& end, bool leave_out, Rounding rounding) {
-      return collider
-          .max_step(std::span<const double>(end), leave_out, {.tolerance = 1e-12}, nullptr, rounding)
-          .value();
-    };
-    for (const auto& end : {through, away}) {
-      const MaxStep near = ask(end, false, Rounding::kFloat32);
-      EXPECT_EQ(near.fraction, 0);
-      EXPECT_EQ(near.overlaps_at_start, 1U);
+    for (const double separation : {0.0, 1e-3}) {
+      for (const double rooms : {0.5, 1.5, 3.0}) {
+        SCOPED_TRACE(::testing::Message() << to_string(tier) << ' ' << separation << ' ' << rooms);
+        const std::vector<double> start{0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25, 0.25, separation + rooms * kRoom};
+        std::vector<double> through = start, away = start, along = start;
+        away[11] = 1;
+        through[11] = -1;
+        for (std::size_t v = 0; v < 4; ++v) along[3 * v] -= 0.25;
+        Collider collider = collider_of(scene, start, tier);
+        const auto ask = [&](const std::vector<double>& end, bool leave_out) {
+          return collider
+              .max_step(std::span<const double>(end), leave_out, {.min_separation = separation}, nullptr,
+                        Rounding::kFloat32)
+              .value();
+        };
+        const bool far = rooms > CommitRoom::kNear;
+        const bool free = separation > 0 || rooms > 1;
+        for (const auto& end : {away, along}) {
+          EXPECT_EQ(ask(end, false).fraction, free ? 1 : 0);
+          EXPECT_EQ(ask(end, false).overlaps_at_start, far ? 0U : 1U);
+          EXPECT_EQ(ask(end, true).fraction, 1);
+          EXPECT_EQ(ask(end, true).overlaps_at_start, far ? 0U : 1U);
+        }
+        const MaxStep stopped = ask(through, false);
+        EXPECT_EQ(stopped.fraction > 0, far);
+        EXPECT_LT(stopped.fraction, 2 * kRoom);
+        const MaxStep left_out = ask(through, true);
+        EXPECT_GT(left_out.fraction, 0);
+        EXPECT_LE(left_out.fraction, start[11]);
+        EXPECT_EQ(left_out.overlaps_at_start, far ? 0U : 1U);
+      }
     }
-    const MaxStep passes = ask(through, true, Rounding::kFloat32);
-    EXPECT_EQ(passes.overlaps_at_start, 1U);
-    EXPECT_GT(passes.fraction, 0);
-    EXPECT_LE(passes.fraction, 1e-8);
-    EXPECT_EQ(ask(away, true, Rounding::kFloat32).fraction, 1);
-    // Doubles have room.
-    EXPECT_EQ(ask(away, false, Rounding::kFloat64).fraction, 1);
-    EXPECT_GT(ask(through, false, Rounding::kFloat64).fraction, 0);
   }
 }
 
@@ -112,6 +121,77 @@ TEST(CommitRoom, AQuestionAfterItFindsWhatAFreshOneDoes) {
   EXPECT_TRUE(std::ranges::equal(found.contacts, expected.contacts));
   EXPECT_EQ(expected.contacts.size(), 1U);
   EXPECT_TRUE(found.statistics.part_of_trial);
+}
+
+// Goes again and again to where everything meets, a share of what max_step() allows, and back.
+class Pushed {
+ public:
+  Pushed(std::mt19937& random, Rounding rounding, double away, bool points)
+      : single_(rounding == Rounding::kFloat32), scene_{8, {}, {}} {
+    if (!points) scene_.faces = {{0, 1, 2}, {4, 5, 6}};
+    scene_.bodies = {{"", 0, 4}, {"", 4, 4}};
+    std::uniform_real_distribution<double> some(-1, 1);
+    const auto coordinate = [&](double x) { return single_ ? static_cast<float>(away + x) : away + x; };
+    for (std::size_t i = 0; i < 24; ++i) {
+      const double at = some(random);
+      const double gap = i % 3 == 2 ? (i < 12 ? -1.5 : 1.5) : 0;
+      start_.push_back(coordinate(at + gap));
+      end_.push_back(coordinate(at + 0.2 * some(random) - gap));
+    }
+  }
+  const SceneDescription& scene() const { return scene_; }
+  const std::vector<double>& start() const { return start_; }
+  const std::vector<double>& end() const { return end_; }
+
+ private:
+  bool single_;
+  SceneDescription scene_;
+  std::vector<double> start_, end_;
+};
+
+TEST(CommitRoom, NothingIsLeftWithinASeparation) {
+  int stopped = 0;
+  for (const Rounding rounding : {Rounding::kFloat32, Rounding::kFloat64}) {
+    for (const Tier tier : {Tier::kCertified, Tier::kExact}) {
+      for (const bool points : {false, true}) {
+        for (const double separation : {0.0, 1e-3, 0.1}) {
+          if (points && separation == 0) continue;
+          for (const double away : {0.0, 100.0}) {
+            std::mt19937 random(97);
+            for (int trial = 0; trial < 6; ++trial) {
+              SCOPED_TRACE(::testing::Message()
+                           << (rounding == Rounding::kFloat32 ? "float32 " : "float64 ") << to_string(tier)
+                           << (points ? " points " : " faces ") << separation << ' ' << away << ' ' << trial);
+              const Pushed pushed(random, rounding, away, points);
+              Collider collider = collider_of(pushed.scene(), pushed.start(), tier);
+              const auto ask = [&](const std::vector<double>& end) {
+                return collider
+                    .max_step(std::span<const double>(end), false, {.min_separation = separation}, nullptr,
+                              rounding)
+                    .value();
+              };
+              const auto is_near = [&](double distance) {
+                return !collider.proximity(distance, Where::kBase, {.tier = Tier::kExact})
+                            .value()
+                            .contacts.empty();
+              };
+              if (is_near(2 * separation)) continue;
+              // Twice, as a solver that goes on where it was stopped.
+              for (int push = 0; push < 2; ++push) {
+                const double fraction = ask(pushed.end()).fraction;
+                stopped += fraction < 1 ? 1 : 0;
+                ASSERT_TRUE(collider.commit(fraction, rounding).ok());
+                ASSERT_FALSE(is_near(separation));
+              }
+              const MaxStep back = ask(pushed.start());
+              ASSERT_EQ(back.fraction, 1);
+            }
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(stopped, 100);
 }
 
 }  // namespace

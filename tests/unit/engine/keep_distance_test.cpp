@@ -104,9 +104,12 @@ TEST(KeepDistanceOf, OverlapsAtTheStartAreToldApart) {
   const MaxStep all = collider.max_step(Doubles(y), false, within).value();
   EXPECT_EQ(all.fraction, 0);
   EXPECT_GT(all.overlaps_at_start, 0U);
-  const MaxStep others = collider.max_step(Doubles(y), true, within).value();
+  const MaxStep others = collider.max_step(Doubles(triangles(0.06)), true, within).value();
   EXPECT_EQ(others.fraction, 1);
   EXPECT_EQ(others.overlaps_at_start, all.overlaps_at_start);
+  // They keep their share of their own distance.
+  const MaxStep through = collider.max_step(Doubles(triangles(-0.1)), true, within).value();
+  EXPECT_NEAR(through.fraction, 0.25, 0.01);
 }
 
 // It may be committed like any trial, and does not affect the answers to later questions.

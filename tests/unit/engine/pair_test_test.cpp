@@ -18,7 +18,7 @@
 
 #include "engine/collider.h"
 #include "engine/elementary/query.h"
-#include "tests/support/commit_room_oracle.h"
+#include "tests/support/max_step_oracle.h"
 #include "tests/support/scenes.h"
 #include "tests/support/torture.h"
 #include "tests/support/workers.h"
@@ -63,12 +63,20 @@ std::optional<PairContact> with_room(const MovingPair& pair, PairOptions options
     std::ranges::copy(pair.end[k], vertices[k].t1.begin());
     features.vertex[k] = &vertices[k];
   }
-  const double room = testing::room_of(pair.kind, features, Rounding::kFloat64);
-  const Verdict verdict = testing::with_room(options.min_separation, room, false, [&](double separation) {
-    options.min_separation = separation;
-    const std::optional<PairContact> contact = test_pair(pair, options).value();
-    return contact ? Verdict{true, contact->status, contact->toi} : Verdict{};
-  });
+  const double asked = options.min_separation;
+  const double room = testing::room_of(features, Rounding::kFloat64);
+  const StartGap start = start_gap(features, asked + 2 * room);
+  const Verdict verdict = testing::with_room(
+      asked, room, false, start, options.tolerance,
+      [&](double separation, double tolerance) {
+        options.min_separation = separation;
+        options.tolerance = tolerance;
+        const std::optional<PairContact> contact = test_pair(pair, options).value();
+        return contact ? Verdict{true, contact->status, contact->toi} : Verdict{};
+      },
+      [&](double separation, double tolerance) {
+        return testing::comes_within(features, options.tier, separation, tolerance);
+      });
   return verdict.contact ? std::optional(PairContact{verdict.status, verdict.toi}) : std::nullopt;
 }
 
