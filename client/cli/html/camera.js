@@ -44,9 +44,13 @@ const camera = {
     const asked = `${aspect} ${this.up}`;
     if (this.fitted === null || this.fitted === asked) return;
     this.fitted = asked;
+    this.distance = this.needed(scope, aspect, 0.1 * size);
+  },
+  // How far the centre is from an eye that sees all of what is so beside it; at least `least`.
+  needed(corners, aspect, least) {
     const [x, y, z] = this.axes(), p = scaleOf(aspect);
-    const needed = c => dot(c, z) + margin * Math.max(p[0] * Math.abs(dot(c, x)), p[1] * Math.abs(dot(c, y)));
-    this.distance = scope.reduce((most, c) => Math.max(most, needed(c)), 0.1 * size);
+    const ofOne = c => dot(c, z) + margin * Math.max(p[0] * Math.abs(dot(c, x)), p[1] * Math.abs(dot(c, y)));
+    return corners.reduce((most, c) => Math.max(most, ofOne(c)), least);
   },
   // The direction from the centre to the eye.
   back() {
@@ -68,9 +72,20 @@ const camera = {
     const [right, up] = this.axes();
     this.center = plus(this.center, plus(scaled(right, -dx * this.distance), scaled(up, dy * this.distance)));
   },
-  zoom(factor) {
+  // What is at `at`, from -1 to 1 across the picture and up, stays there.
+  zoom(factor, at, aspect) {
     this.fitted = null;
-    this.distance = Math.min(20 * size, Math.max(0.005 * size, this.distance * factor));
+    const before = this.distance, [right, up] = this.axes(), p = scaleOf(aspect);
+    this.distance = Math.min(20 * size, Math.max(0.005 * size, before * factor));
+    const nearer = before - this.distance;
+    this.center = plus(this.center, plus(scaled(right, at[0] / p[0] * nearer), scaled(up, at[1] / p[1] * nearer)));
+  },
+  // What is between two corners of a box fills the view.
+  frame(low, high, aspect) {
+    this.fitted = null;
+    this.center = low.map((x, axis) => (x + high[axis]) / 2);
+    const corners = Array.from({ length: 8 }, (_, i) => low.map((x, axis) => (high[axis] - x) * ((i >> axis & 1) - 0.5)));
+    this.distance = this.needed(corners, aspect, 0.02 * size);
   },
   matrix(aspect) {
     this.fit(aspect);

@@ -90,24 +90,34 @@ function legends() {
 function bodyList() {
   if (scene.bodies.length < 2) return;
   // More than this many bodies are a crowd, not a list.
-  if (scene.bodies.length > 24) {
+  if (scene.bodies.length > 1000) {
     byId("bodies").textContent = `${number(scene.bodies.length)} bodies, too many to list` +
       (open.size > 0 ? `; ${number(open.size)} cut open` : "");
     return;
   }
-  const faced = facedVertices(parts[0]);
-  scene.bodies.forEach((body, b) => {
-    const label = document.createElement("label"), box = document.createElement("input"), swatch = document.createElement("span");
-    const kind = document.createElement("span");
+  const faced = facedVertices(parts[0]), boxes = [];
+  const addBox = changed => {
+    const label = document.createElement("label"), box = document.createElement("input");
     Object.assign(box, { type: "checkbox", checked: true });
-    box.addEventListener("change", () => { picture.show(b, box.checked); redraw(); });
+    box.addEventListener("change", () => { changed(box.checked); redraw(); });
+    label.append(box);
+    byId("bodies").append(label);
+    return [label, box];
+  };
+  if (scene.bodies.length > 4) {
+    const [label] = addBox(on => boxes.forEach((box, b) => { box.checked = on; picture.show(b, on); }));
+    label.append("all bodies");
+  }
+  scene.bodies.forEach((body, b) => {
+    const [label, box] = addBox(on => picture.show(b, on));
+    boxes.push(box);
+    const swatch = document.createElement("span"), kind = document.createElement("span");
     swatch.className = "swatch";
     swatch.dataset.body = b;
     if (!body.half_space && !isFaced(body, faced)) swatch.dataset.lone = "yes";
     kind.className = "kind";
     kind.textContent = ` ${body.kind}${body.screw ? ", along a screw" : ""}${open.has(b) ? ", cut open" : ""}`;
-    label.append(box, swatch, body.name || `body ${b}`, kind);
-    byId("bodies").append(label);
+    label.append(swatch, body.name || `body ${b}`, kind);
   });
 }
 function recolor() {
@@ -126,7 +136,9 @@ const keys = {
   Home: () => seek(0),
   End: () => seek(lastTime),
   0: () => { camera.reset(); redraw(); },
+  f: () => { picture.frame(time); redraw(); },
 };
+canvas.addEventListener("dblclick", keys.f);
 addEventListener("keydown", event => {
   if (!(event.key in keys) || event.ctrlKey || event.metaKey || event.altKey) return;
   // Space presses what has the focus, but for the slider, which has no use for it.

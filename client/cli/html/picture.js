@@ -9,12 +9,16 @@ function makePicture() {
     const unable = document.getElementById("unable");
     unable.hidden = false;
     unable.textContent = "This browser has no WebGL2, so the meshes cannot be drawn; the charts below are complete.";
-    return { draw() {}, show() {}, recolor() {} };
+    return { draw() {}, show() {}, recolor() {}, frame() {} };
   }
   const mesh = makeMesh(gl), contacts = makeContacts(gl), grounds = makeHalfSpaces(gl);
   return {
     gl,
     show: mesh.show,
+    frame(t) {
+      const corners = cornersAt(t, mesh.isHidden);
+      if (corners) camera.frame(...corners, aspect());
+    },
     recolor: mesh.colorBodies,
     draw(t) {
       const width = Math.round(canvas.clientWidth * devicePixelRatio);
@@ -47,9 +51,32 @@ function makePicture() {
   };
 }
 
+const aspect = () => canvas.clientWidth / Math.max(canvas.clientHeight, 1);
+
+// The corners of the box around all vertices that are shown at a time; null where none is.
+function cornersAt(t, isHidden) {
+  const k = stepAt(t), share = shareAt(t), bodies = partOf(k).bodies, at = [0, 0, 0];
+  const low = [Infinity, Infinity, Infinity], high = low.map(x => -x);
+  bodies.forEach((body, b) => {
+    if (isHidden(b)) return;
+    for (let v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
+      place(v, k, share, at, 0);
+      for (let axis = 0; axis < 3; ++axis) {
+        low[axis] = Math.min(low[axis], at[axis]);
+        high[axis] = Math.max(high[axis], at[axis]);
+      }
+    }
+  });
+  return low[0] > high[0] ? null : [low, high];
+}
+
 // Turning, moving and zooming with a mouse, a pen or fingers.
 function followPointer(redraw) {
   const down = new Map();
+  const placeOf = (x, y) => {
+    const box = canvas.getBoundingClientRect();
+    return [2 * (x - box.left) / box.width - 1, 1 - 2 * (y - box.top) / box.height];
+  };
   canvas.addEventListener("pointerdown", event => {
     canvas.setPointerCapture(event.pointerId);
     down.set(event.pointerId, [event.clientX, event.clientY]);
@@ -64,7 +91,7 @@ function followPointer(redraw) {
     if (down.size === 2) {
       const other = [...down].find(([id]) => id !== event.pointerId)[1];
       const apart = (x, y) => Math.hypot(x - other[0], y - other[1]) + 1;
-      camera.zoom(apart(...last) / apart(event.clientX, event.clientY));
+      camera.zoom(apart(...last) / apart(event.clientX, event.clientY), placeOf(event.clientX, event.clientY), aspect());
       camera.move(dx / 2, dy / 2);
     } else if (event.shiftKey || event.buttons & 6) {
       camera.move(0.62 * dx, 0.62 * dy);
@@ -77,7 +104,7 @@ function followPointer(redraw) {
   canvas.addEventListener("contextmenu", event => event.preventDefault());
   canvas.addEventListener("wheel", event => {
     event.preventDefault();
-    camera.zoom(Math.exp(0.0012 * event.deltaY));
+    camera.zoom(Math.exp(0.0012 * event.deltaY), placeOf(event.clientX, event.clientY), aspect());
     redraw();
   }, { passive: false });
 }

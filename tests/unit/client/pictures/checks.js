@@ -12,17 +12,18 @@
     picture.draw(window.warmfront.time);
     const pixels = new Uint8Array(4 * gl.drawingBufferWidth * gl.drawingBufferHeight);
     gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-    let drawn = 0, marks = 0, atRim = 0;
+    let drawn = 0, marks = 0, atRim = 0, leftmost = null;
     const width = gl.drawingBufferWidth, height = gl.drawingBufferHeight, coarse = new Array(32 * 20).fill(0);
     for (let i = 0; i < pixels.length; i += 4) {
       const is = Math.abs(pixels[i] - pixels[0]) + Math.abs(pixels[i + 2] - pixels[2]) > 12;
       const x = i / 4 % width, y = Math.floor(i / 4 / width);
       drawn += is;
+      if (is && (leftmost === null || x < leftmost[0])) leftmost = [x, y];
       atRim += is && (x < 2 || y < 2 || x >= width - 2 || y >= height - 2);
       coarse[Math.floor(y * 20 / height) * 32 + Math.floor(x * 32 / width)] += is;
       marks += pixels[i] - pixels[i + 2] > 70;
     }
-    return { pixels, drawn, marks, atRim, coarse };
+    return { pixels, drawn, marks, atRim, coarse, leftmost };
   }
   // The largest contrast (WCAG 2) that any pixel has to the ground.
   function contrast({ pixels }) {
@@ -111,6 +112,14 @@
     result.zoomed = differing(before, look());
     press("0");
     result.viewReset = differing(before, look());
+    // What the pointer is at stays there.
+    if (before.leftmost) {
+      const [x, y] = before.leftmost, view = by("view").getBoundingClientRect(), scale = view.width / result.size[0];
+      by("view").dispatchEvent(new WheelEvent("wheel", {
+        clientX: view.left + (x + 0.5) * scale, clientY: view.bottom - (y + 0.5) * scale, deltaY: -400, cancelable: true }));
+      result.leftmost = [x, look().leftmost?.[0]];
+      press("0");
+    }
 
     const chart = by("contacts-chart"), box = chart.getBoundingClientRect();
     const pointer = (kind, x) => chart.dispatchEvent(
@@ -131,6 +140,18 @@
       bodyBox.checked = false;
       bodyBox.dispatchEvent(new Event("change"));
       result.lessDrawn = whole.drawn - look().drawn;
+      // The last body alone, as large as the view has room for.
+      const boxes = [...document.querySelectorAll("#bodies input")];
+      const check = (box, on) => { box.checked = on; box.dispatchEvent(new Event("change")); };
+      boxes.forEach(box => check(box, false));
+      check(boxes[boxes.length - 1], true);
+      result.lastAlone = look().coarse;
+      press("f");
+      result.lastFitted = look().coarse;
+      boxes.forEach(box => check(box, true));
+      by("view").dispatchEvent(new MouseEvent("dblclick"));
+      result.allFitted = look().coarse;
+      press("0");
     }
 
     window.warmfront.seek(0);

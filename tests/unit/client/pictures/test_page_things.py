@@ -176,12 +176,34 @@ def test_all_of_a_scene_is_in_view(half, size, tmp_path):
     assert max(np.ptp(rows) / 20, np.ptp(columns) / 32) > 0.6
 
 
-@needs_browser
-def test_a_crowd_of_bodies_is_said_to_be_one(tmp_path):
-    parts = [box([0.3, 0.3, 0.3], [2 * k, 0, 0]) for k in range(25)]
+def row_of_boxes(count, folder):
+    parts = [box([0.3, 0.3, 0.3], [2 * k, 0, 0]) for k in range(count)]
     vertices = np.concatenate([corners for corners, _ in parts])
     faces = [tuple(8 * k + v for v in face) for k, (_, own) in enumerate(parts) for face in own]
-    write_scene(tmp_path, [vertices, vertices], [{"first_vertex": 8 * k, "vertex_count": 8} for k in range(25)], faces)
-    assert detect(tmp_path, "--html", tmp_path / "page.html").returncode == 0
-    seen = browse(tmp_path / "page.html", tmp_path)
-    assert seen["errors"] == [] and seen["bodies"] == "25 bodies, too many to list"
+    write_scene(folder, [vertices, vertices], [{"first_vertex": 8 * k, "vertex_count": 8} for k in range(count)], faces)
+    assert detect(folder, "--html", folder / "page.html").returncode == 0
+    return folder / "page.html"
+
+
+@needs_browser
+def test_many_bodies_are_shown_and_hidden_together_or_one_by_one(tmp_path):
+    seen = browse(row_of_boxes(25, tmp_path), tmp_path)
+    assert seen["errors"] == [] and seen["bodies"].startswith("all bodies body 0 deformable body 1 deformable")
+    assert seen["lessDrawn"] > 0.9 * seen["drawn"]
+
+
+@needs_browser
+def test_the_view_goes_to_what_is_shown_and_to_the_pointer(tmp_path):
+    seen = browse(row_of_boxes(25, tmp_path), tmp_path)
+    drawn = {name: np.array(seen[name]).reshape(20, 32) for name in ("lastAlone", "lastFitted", "allFitted")}
+    rows, columns = ({name: np.count_nonzero(at.any(axis=axis)) for name, at in drawn.items()} for axis in (1, 0))
+    assert columns["lastAlone"] <= 3 and columns["allFitted"] > 12
+    assert rows["lastAlone"] <= 3 and rows["lastFitted"] > 12
+    before, after = seen["leftmost"]
+    assert after is not None and abs(after - before) <= 3, "the end of the row is under the pointer, and stays in view"
+
+
+@needs_browser
+def test_a_crowd_of_bodies_is_said_to_be_one(tmp_path):
+    seen = browse(row_of_boxes(1001, tmp_path), tmp_path)
+    assert seen["errors"] == [] and seen["bodies"] == "1,001 bodies, too many to list"
