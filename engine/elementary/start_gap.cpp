@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "engine/elementary/certified.h"
 #include "engine/elementary/closest.h"
 #include "engine/elementary/proximity.h"
 #include "engine/options.h"
@@ -75,6 +76,13 @@ bool stays_apart(const FeatureVertices& features, double separation) {
   if (query.size == 0) return false;
   const SeparatedTimes separated = separated_times(query, start_direction(query));
   return separated.any && separated.times.begin <= 0 && separated.times.end >= 1;
+}
+
+bool is_within(const FeatureVertices& features, double separation) {
+  const Query query = Query::prepare(features, separation);
+  return query.size > 0 && std::ranges::any_of(std::array{1.0, 0.5, 0.25, 0.125}, [&](double t) {
+           return distance_above(closest_direction(query, t)) <= query.separation * (1 - 0x1p-48);
+         });
 }
 
 }  // namespace warmfront

@@ -32,4 +32,8 @@ StartGap start_gap(const VertexMotion& vertex, const HalfSpaceMotion& half_space
 /// the elementary tests look for it.
 bool stays_apart(const FeatureVertices& features, double separation);
 
+/// Are the primitives nearer than that at one of a few times, as doubles prove? Then no search for the first
+/// time is needed.
+bool is_within(const FeatureVertices& features, double separation);
+
 }  // namespace warmfront

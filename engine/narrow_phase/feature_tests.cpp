@@ -295,6 +295,7 @@ ElementaryOptions PairTester::elementary_options(const PairAsked& asked) const {
 
 Verdict PairTester::comes_nearer(const FeatureVertices& features, const PairAsked& asked) {
   if (stays_apart(features, asked.separation)) return {};
+  if (is_within(features, asked.separation)) return {true, ContactStatus::kHit, 1};
   ElementaryCounts counts;
   const Verdict verdict = elementary_test(features, elementary_options(asked), counts);
   output_.counts.exact_tests += counts.exact_tests;
