@@ -60,13 +60,18 @@ class Collider {
   /// QuestionOptions::keep_distance, before which no pair comes nearer than that share of its own distance.
   ///
   /// Except in tier fast there is room for what commit() rounds, which is less than r, 2^-44 (float32: 2^-22)
-  /// of the largest coordinate, at either end, of those of a pair's vertices that move (CommitRoom). With m
-  /// the separation and the thickness of both, a pair is in contact when it comes within m + 4 r, or where it
-  /// starts within that, within m + 2 r. So a commit of as much or less leaves nothing within m of anything,
-  /// nor takes it through. What starts nearer still is counted: it may move apart, or along, and the fraction
-  /// is 0 where it comes nearer than it starts by more than r (or 2^-42 of its size), or within r, at any
-  /// time. With `leave_out_overlaps` it stops at r instead, and what starts within r too, or touches, may be
-  /// taken through.
+  /// of the largest coordinate, at either end, of those of a pair's vertices that move, and 2^-44 of the
+  /// pair's size and separation at least; of bodies that go by poses more (CommitRoom). With m the separation
+  /// and the thickness of both, a pair is in contact when it comes within m + 4 r, or where it starts within
+  /// that, within m + 2 r. So a commit of as much or less takes nothing through anything, and leaves nothing
+  /// within m.
+  ///
+  /// What starts nearer still is counted. It may move apart, or along; where it comes nearer at any time, be
+  /// it by r from beyond m + r, the fraction is 0. Only the roundings of motions along may bring it within m.
+  /// What starts within r may do what no rounding makes a passage; else the fraction is 0 though it moves
+  /// apart. With `leave_out_overlaps`, what starts so near is asked about without its separation, and what
+  /// touches at the start is not asked about: that may be taken through, as by its roundings what starts
+  /// within r.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr,
                            Rounding rounding = Rounding::kFloat64);

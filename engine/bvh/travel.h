@@ -25,12 +25,13 @@ struct NodeTravel {
   std::uint32_t wandered = 0;
 };
 
-/// Lengths in units of 2^-26, from above; no single one counts for more than 2^29 of them, which a budget of
-/// the same limit does not survive.
+/// Lengths in units of 2^-26, from above; no single one counts for more than 2^28 of them, which a budget of
+/// the same limit does not survive. Until a budget is looked at, both nodes may wander by as much three
+/// times: more would wrap around.
 namespace travel {
 
 inline constexpr float kUnits = 0x1p26F;
-inline constexpr std::uint32_t kMost = 1U << 29;
+inline constexpr std::uint32_t kMost = 1U << 28;
 
 inline std::uint32_t units(float length) {
   const float scaled = length * kUnits;
@@ -51,7 +52,7 @@ inline std::uint32_t slack(double magnitude) {
 /// What a question keeps in hand of every budget: the slack of two nodes together, and its width. A budget
 /// may be used up along a diagonal, of whose width half counts.
 inline std::uint32_t reserve(std::uint32_t slack_of_two, const Width& width) {
-  constexpr std::uint32_t kAll = 1U << 30;  // more than any budget
+  constexpr std::uint32_t kAll = kMost;  // more than any budget
   const std::uint32_t of_width = width.none() ? 0 : units(std::max(width.straight, 0.5F * width.diagonal));
   return std::min(slack_of_two + of_width, kAll);
 }

@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "engine/elementary/certified.h"
 #include "engine/elementary/closest.h"
+#include "engine/elementary/elementary_test.h"
 #include "engine/elementary/proximity.h"
 #include "engine/options.h"
 
@@ -52,37 +54,145 @@ Vec3 start_direction(const Query& query) {
                                                            : of_edges(p[0], p[1], p[2] - p[1], closest));
 }
 
+using Numbers = std::array<double, 3>;
+
+Numbers numbers_of(const Vec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+// How much nearer along a direction a vertex may be than at its start, wherever in its box it is; `sense` 1
+// where nearer is less.
+double least_along(const Numbers& direction, const VertexMotion& vertex, double sense) {
+  double least = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    least += std::min(0.0, sense * direction[axis] * (vertex.t1[axis] - vertex.t0[axis]));
+  return least;
+}
+
+double size_of(const VertexMotion& vertex) {
+  double size = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    size = std::max({size, std::fabs(vertex.t0[axis]), std::fabs(vertex.t1[axis])});
+  return size;
+}
+
+// Of a direction whose largest coordinate is at most 1: all roundings of what is along it, and 2^-50 a
+// coordinate of either side.
+double margin(double size) {
+  return 0x1p-46 * size;
+}
+
+double held(double size) {
+  return std::min(size, std::numeric_limits<double>::max() / 16);
+}
+
 }  // namespace
+
+double pair_size(const FeatureVertices& features) {
+  const std::size_t of_first = features.kind == ContactKind::kVertexFace ? 1 : 2;
+  double size = 0;
+  for (const auto end : {&VertexMotion::t0, &VertexMotion::t1}) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto at = [&](std::size_t k) { return (features.vertex[k]->*end)[axis]; };
+      for (std::size_t i = 0; i < of_first; ++i) {
+        for (std::size_t j = of_first; j < 4; ++j) size = std::max(size, std::fabs(at(j) - at(i)));
+      }
+    }
+  }
+  return held(size);
+}
+
+double pair_size(const VertexMotion& vertex, const HalfSpaceMotion& half_space) {
+  double size = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    size = std::max({size, std::fabs(vertex.t0[axis] - half_space.point[0][axis]),
+                     std::fabs(vertex.t1[axis] - half_space.point[1][axis])});
+  }
+  return held(size);
+}
 
 StartGap start_gap(const FeatureVertices& features, double most) {
   const Query query = Query::prepare(features, 0);
   if (query.size == 0) return {};
   const double along =
       std::min(most, query.unscaled(std::max(0.0, kept_along(query, start_direction(query)))));
-  return {std::max(along, least_distance(features, Instant::kStart, most)), query.unscaled(query.size)};
+  return {std::max(along, least_distance(features, Instant::kStart, most)), pair_size(features)};
 }
 
 StartGap start_gap(const VertexMotion& vertex, const HalfSpaceMotion& half_space) {
-  double size = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    size = std::max({size, std::fabs(vertex.t0[axis] - half_space.point[0][axis]),
-                     std::fabs(vertex.t1[axis] - half_space.point[1][axis])});
-  }
-  return {half_space_distance(vertex, half_space, Instant::kStart), size};
+  return {half_space_distance(vertex, half_space, Instant::kStart), pair_size(vertex, half_space)};
 }
 
-bool stays_apart(const FeatureVertices& features, double separation) {
+bool starts_within(const FeatureVertices& features, double separation, std::uint64_t& exact_tests) {
+  ElementaryCounts counts;
+  const ElementaryOptions exact{.tier = Tier::kExact, .min_separation = separation};
+  const bool within = proximity_test(features, Instant::kStart, exact, counts).contact;
+  exact_tests += counts.exact_tests;
+  return within;
+}
+
+bool starts_within(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation,
+                   std::uint64_t& exact_tests) {
+  ElementaryCounts counts;
+  const ElementaryOptions exact{.tier = Tier::kExact, .min_separation = separation};
+  const bool within = half_space_proximity(vertex, half_space, Instant::kStart, exact, counts).contact;
+  exact_tests += counts.exact_tests;
+  return within;
+}
+
+bool comes_within(const FeatureVertices& features, double separation, std::uint64_t& exact_tests) {
   const Query query = Query::prepare(features, separation);
-  if (query.size == 0) return false;
+  if (query.size == 0) return true;
   const SeparatedTimes separated = separated_times(query, start_direction(query));
-  return separated.any && separated.times.begin <= 0 && separated.times.end >= 1;
+  if (separated.any && separated.times.begin <= 0 && separated.times.end >= 1) return false;
+  for (const double t : {1.0, 0.5, 0.25, 0.125}) {
+    if (distance_above(closest_direction(query, t)) <= query.separation * (1 - 0x1p-48)) return true;
+  }
+  ElementaryCounts counts;
+  const bool comes =
+      elementary_test(features, {.tier = Tier::kExact, .min_separation = separation}, counts).contact;
+  exact_tests += counts.exact_tests;
+  return comes;
 }
 
-bool is_within(const FeatureVertices& features, double separation) {
-  const Query query = Query::prepare(features, separation);
-  return query.size > 0 && std::ranges::any_of(std::array{1.0, 0.5, 0.25, 0.125}, [&](double t) {
-           return distance_above(closest_direction(query, t)) <= query.separation * (1 - 0x1p-48);
-         });
+bool comes_within(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation,
+                  std::uint64_t& exact_tests) {
+  ElementaryCounts counts;
+  const ElementaryOptions exact{.tier = Tier::kExact, .min_separation = separation};
+  const bool comes = half_space_test(vertex, half_space, exact, counts).contact;
+  exact_tests += counts.exact_tests;
+  return comes;
+}
+
+bool keeps_its_side(const FeatureVertices& features) {
+  const Query query = Query::prepare(features, 0);
+  if (query.size == 0) return false;
+  const Vec3 direction = start_direction(query);
+  const Numbers along = numbers_of(direction);
+  const std::size_t of_first = features.kind == ContactKind::kVertexFace ? 1 : 2;
+  double first = 0, second = 0, size = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    double& side = k < of_first ? first : second;
+    side = std::min(side, least_along(along, *features.vertex[k], k < of_first ? -1 : 1));
+    size = std::max(size, size_of(*features.vertex[k]));
+  }
+  const double gap = query.unscaled(std::max(0.0, kept_along(query, direction))) * max_abs(direction);
+  return gap + first + second > margin(size);
+}
+
+bool keeps_its_side(const VertexMotion& vertex, const HalfSpaceMotion& half_space) {
+  if (half_space.moves()) return false;
+  const Numbers& normal = half_space.normal[0];
+  const double largest = std::max({std::fabs(normal[0]), std::fabs(normal[1]), std::fabs(normal[2])});
+  if (!(largest > 0x1p-900) || !(largest < 0x1p900)) return false;
+  double gap = 0, size = size_of(vertex);
+  Numbers along;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    along[axis] = normal[axis] / largest;
+    gap += along[axis] * (vertex.t0[axis] - half_space.point[0][axis]);
+    size = std::max(size, std::fabs(half_space.point[0][axis]));
+  }
+  return gap + least_along(along, vertex, 1) > margin(size);
 }
 
 }  // namespace warmfront

@@ -3,37 +3,51 @@
 // from any thread in the default floating-point environment (Workers checks it).
 #pragma once
 
-#include <algorithm>
+#include <cstdint>
 
 #include "engine/elementary/half_space.h"
 #include "engine/elementary/query.h"
 
 namespace warmfront {
 
+/// The largest coordinate difference between vertices of the two primitives, or between the vertex and the
+/// half-space's point, at either end; at most a sixteenth of double's range.
+double pair_size(const FeatureVertices& features);
+double pair_size(const VertexMotion& vertex, const HalfSpaceMotion& half_space);
+
 /// A pair at t = 0, in the scene's unit.
 struct StartGap {
   double least = 0;  ///< a lower bound of its distance, within some 2^-46 of the size unless degenerate
-  /// The largest coordinate difference between vertices of the two, or the vertex and the half-space's point,
-  /// at either end; infinite beyond double's range.
-  double size = 0;
+  double size = 0;   ///< pair_size()
 
-  /// How much nearer a pair may come than it starts and still counts as coming no nearer: what is given, and
-  /// more than finding the distance rounds.
-  double slack(double given) const { return std::max(given, 0x1p-42 * size); }
+  /// How much nearer a pair may come than `least` and still count as coming no nearer: more than the tests
+  /// below round.
+  double slack() const { return 0x1p-45 * size; }
 };
 
 /// `most` (>= 0): what `least` need not be above.
 StartGap start_gap(const FeatureVertices& features, double most);
 StartGap start_gap(const VertexMotion& vertex, const HalfSpaceMotion& half_space);
 
-/// Does the direction between the closest points at t = 0 keep the primitives farther apart than that
-/// throughout, as it does where they move apart, or along? Where they are near each other beside their size,
-/// doubles know the direction better by the features that the points are on than by the points, as of which
-/// the elementary tests look for it.
-bool stays_apart(const FeatureVertices& features, double separation);
+/// Are they within `separation` (>= 0) at t = 0? By exact arithmetic.
+bool starts_within(const FeatureVertices& features, double separation, std::uint64_t& exact_tests);
+bool starts_within(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation,
+                   std::uint64_t& exact_tests);
 
-/// Are the primitives nearer than that at one of a few times, as doubles prove? Then no search for the first
-/// time is needed.
-bool is_within(const FeatureVertices& features, double separation);
+/// Do they come within `separation` (>= 0) at any time, as the exact tier decides? What the direction between
+/// the closest points at t = 0 keeps apart, as where they move apart or along, needs no search, and neither
+/// does what is nearer at one of a few times. Where they are near beside their size, doubles know that
+/// direction better by the features that the points are on than by the points, as of which the elementary
+/// tests look for it.
+bool comes_within(const FeatureVertices& features, double separation, std::uint64_t& exact_tests);
+bool comes_within(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation,
+                  std::uint64_t& exact_tests);
+
+/// Does that direction separate the boxes that the motions of the vertices are in, each from its start to its
+/// end? Then it separates the primitives wherever in its box each vertex is: so whatever rounding a commit
+/// does that leaves it there, or beside it by less than 2^-50 of the largest coordinate.
+bool keeps_its_side(const FeatureVertices& features);
+/// The same, with the half-space's normal; false where that moves.
+bool keeps_its_side(const VertexMotion& vertex, const HalfSpaceMotion& half_space);
 
 }  // namespace warmfront

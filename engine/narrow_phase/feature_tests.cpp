@@ -30,10 +30,6 @@ double farthest(const HalfSpaceMotion& half_space) {
   return most;
 }
 
-CertifiedOptions certified(const PairAsked& asked) {
-  return {.tolerance = asked.tolerance, .min_separation = asked.separation, .latest = asked.latest};
-}
-
 }  // namespace
 
 FeatureVertices PairTester::features_of(const FeaturePair& pair) const {
@@ -67,7 +63,6 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
   Verdict verdict;
   const Twist* twist = input_->arcs.around(v);
   const double share = input_->keep.share;
-  const double room = input_->room != nullptr ? input_->room->of(v, vertex, body, farthest(half_space)) : 0;
   if (options.pair_test == PairTest::kProximity) {
     verdict = half_space_proximity(vertex, half_space, options.instant, elementary, counts);
     if (verdict.contact && options.report == Report::kVertexDistances)
@@ -77,22 +72,28 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
     verdict = twist != nullptr ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
                                : half_space_candidate(vertex, half_space, elementary, counts);
   } else {
-    const auto plain = [&](const PairAsked& now) {
+    const auto test = [&](const PairAsked& now) {
       const ElementaryOptions of_now = elementary_options(now);
-      return twist != nullptr ? turning_half_space_test(vertex, *twist, half_space, of_now, counts)
-                              : half_space_test(vertex, half_space, of_now, counts);
-    };
-    const auto keeping = [&](const PairAsked& now) {
       const KeepDistance keep{share, now.separation};
-      return twist != nullptr ? turning_half_space_keep_distance(vertex, *twist, half_space, keep,
-                                                                 elementary_options(now), counts)
-                              : half_space_keep_distance(vertex, half_space, keep, now.latest, counts);
+      if (twist != nullptr) {
+        return share > 0 ? turning_half_space_keep_distance(vertex, *twist, half_space, keep, of_now, counts)
+                         : turning_half_space_test(vertex, *twist, half_space, of_now, counts);
+      }
+      return share > 0 ? half_space_keep_distance(vertex, half_space, keep, now.latest, counts)
+                       : half_space_test(vertex, half_space, of_now, counts);
     };
-    const double separation = share > 0 ? separated(input_->keep.beyond) : elementary.min_separation;
-    verdict = stopped(
-        {separation, room, elementary.latest, options.tolerance, options.leave_out_overlaps},
-        [&] { return start_gap(vertex, half_space); },
-        [&](const PairAsked& now) { return share == 0 ? plain(now) : keeping(now); }, plain);
+    const double separation = separated(share > 0 ? input_->keep.beyond : asked());
+    if (input_->room == nullptr) {
+      verdict = test(PairAsked{separation, elementary.latest});
+    } else {
+      const double rounds = input_->room->of(v, vertex, body, farthest(half_space));
+      const double room = std::max(rounds, CommitRoom::least_of(pair_size(vertex, half_space), separation));
+      const RoomQuestion question{separation, room, elementary.latest, options.leave_out_overlaps};
+      const bool by_itself =
+          input_->room->by_themselves({&v, 1}, input_->vertices) && !input_->room->goes_by_poses(body);
+      const RoomPairState state{rounds == 0 && !half_space.moves(), by_itself, separation, counts};
+      verdict = stopped(question, HalfSpaceInRoom(vertex, twist, half_space, state, test));
+    }
   }
   ++output_.counts.elementary_tests;
   output_.counts.exact_tests += counts.exact_tests;
@@ -144,8 +145,10 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   std::array<double, FeatureBlock::kCapacity> separations;
   const bool separated = options.min_separation > 0 || input_->thickness.any();
   if (separated) {
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      separations[i] = separation(pairs[i]) + CommitRoom::kAway * room_of(pairs[i]);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const double own = separation(pairs[i]);
+      separations[i] = own + CommitRoom::kAway * room_of(pairs[i], features_of(pairs[i]), own);
+    }
   }
   std::size_t count = coplanarity_filter(
       pairs, input_->vertices, {separations.data(), separated ? pairs.size() : 0}, survivors.data());
@@ -156,12 +159,10 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
     const FeaturePair& pair = pairs[survivors[i]];
     const std::uint64_t before = counts.exact_tests;
     const FeatureVertices features = features_of(pair);
-    take_verdict(pair, stopped(
-                           pair, features, separation(pair),
-                           [&](const PairAsked& now) {
-                             return elementary_test(features, elementary_options(now), counts);
-                           },
-                           [&](const PairAsked& now) { return comes_nearer(features, now); }));
+    const auto test = [&](const PairAsked& now) {
+      return elementary_test(features, elementary_options(now), counts);
+    };
+    take_verdict(pair, verdict_of(pair, features, separation(pair), counts, test));
     look_after_exact(counts.exact_tests - before);
   }
   output_.counts.exact_tests += counts.exact_tests;
@@ -174,24 +175,21 @@ TurningPair PairTester::turning(const FeaturePair& pair, const FeatureVertices& 
 // No filter of many pairs comes before: these know of lines.
 void PairTester::test_turning(std::span<const FeaturePair> pairs) {
   const ColliderOptions& options = input_->options;
+  const double share = input_->keep.share;
   for (const FeaturePair& pair : pairs) {
     const FeatureVertices features = features_of(pair);
     const TurningPair turns = turning(pair, features);
-    const auto plain = [&](const PairAsked& now) { return turning_test(turns, certified(now)); };
     input_->stop.check();
     if (options.report == Report::kCandidates) {
       take_verdict(pair, turning_candidate_test(turns, separation(pair)));
-    } else if (input_->keep.share > 0) {
-      take_verdict(pair, stopped(
-                             pair, features, separation(pair, input_->keep.beyond),
-                             [&](const PairAsked& now) {
-                               return turning_keep_distance_test(turns, {input_->keep.share, now.separation},
-                                                                 certified(now));
-                             },
-                             plain));
-    } else {
-      take_verdict(pair, stopped(pair, features, separation(pair), plain, plain));
+      continue;
     }
+    const auto test = [&](const PairAsked& now) {
+      return share > 0 ? turning_keep_distance_test(turns, {share, now.separation}, certified_options(now))
+                       : turning_test(turns, certified_options(now));
+    };
+    const double own = separation(pair, share > 0 ? input_->keep.beyond : asked());
+    take_verdict(pair, verdict_of(pair, turns, own, test));
   }
 }
 
@@ -287,35 +285,55 @@ ElementaryOptions PairTester::elementary_options() const {
 }
 
 ElementaryOptions PairTester::elementary_options(const PairAsked& asked) const {
-  return {.tier = input_->options.tier,
-          .tolerance = asked.tolerance,
+  const ColliderOptions& options = input_->options;
+  return {.tier = options.tier,
+          .tolerance = options.tolerance,
           .min_separation = asked.separation,
           .latest = asked.latest};
 }
 
-Verdict PairTester::comes_nearer(const FeatureVertices& features, const PairAsked& asked) {
-  if (stays_apart(features, asked.separation)) return {};
-  if (is_within(features, asked.separation)) return {true, ContactStatus::kHit, 1};
-  ElementaryCounts counts;
-  const Verdict verdict = elementary_test(features, elementary_options(asked), counts);
-  output_.counts.exact_tests += counts.exact_tests;
-  look_after_exact(counts.exact_tests);
-  return verdict;
+CertifiedOptions PairTester::certified_options(const PairAsked& asked) const {
+  return {.tolerance = input_->options.tolerance, .min_separation = asked.separation, .latest = asked.latest};
 }
 
 // No filter of many pairs comes before: these know of one separation for all, and the answer may not depend
 // on what that is.
 void PairTester::keep_distances(std::span<const FeaturePair> pairs) {
+  ElementaryCounts counts;
   for (const FeaturePair& pair : pairs) {
+    const std::uint64_t before = counts.exact_tests;
     const FeatureVertices features = features_of(pair);
-    take_verdict(
-        pair, stopped(
-                  pair, features, separation(pair, input_->keep.beyond),
-                  [&](const PairAsked& now) {
-                    return keep_distance_test(features, {input_->keep.share, now.separation}, certified(now));
-                  },
-                  [&](const PairAsked& now) { return comes_nearer(features, now); }));
+    const auto test = [&](const PairAsked& now) {
+      return keep_distance_test(features, {input_->keep.share, now.separation}, certified_options(now));
+    };
+    take_verdict(pair, verdict_of(pair, features, separation(pair, input_->keep.beyond), counts, test));
+    look_after_exact(counts.exact_tests - before);
   }
+  output_.counts.exact_tests += counts.exact_tests;
+}
+
+double PairTester::latest_of(const FeaturePair& pair) const {
+  return asks_for_earliest() ? std::min(1.0, earliest_around(pair)) : 1;
+}
+
+double PairTester::room_of(const FeaturePair& pair, const FeatureVertices& features,
+                           double separation) const {
+  if (input_->room == nullptr) return 0;
+  return std::max(input_->room->of(pair.vertices, input_->vertices),
+                  CommitRoom::least_of(pair_size(features), separation));
+}
+
+RoomQuestion PairTester::room_question(const FeaturePair& pair, const FeatureVertices& features,
+                                       double separation) const {
+  return {separation, room_of(pair, features, separation), latest_of(pair),
+          input_->options.leave_out_overlaps};
+}
+
+RoomPairState PairTester::room_state(const FeaturePair& pair, const RoomQuestion& asked,
+                                     ElementaryCounts& counts) const {
+  return {input_->room->of(pair.vertices, input_->vertices) == 0,
+          input_->room->by_themselves(pair.vertices, input_->vertices),
+          asked.separation + CommitRoom::kNear * asked.room, counts};
 }
 
 }  // namespace warmfront

@@ -257,10 +257,6 @@ double PairTester::separation(const FeaturePair& pair, double asked) const {
   return separation_of(asked, a, b);
 }
 
-double PairTester::room_of(const FeaturePair& pair) const {
-  return input_->room != nullptr ? input_->room->of(pair.vertices, input_->vertices) : 0;
-}
-
 float PairTester::until_in(std::uint32_t world) const {
   return std::nextafter(static_cast<float>(shared_->earliest.of(world)), 2.0F);
 }

@@ -20,8 +20,8 @@
 #include "engine/narrow_phase/feature_block.h"
 #include "engine/narrow_phase/met_pairs.h"
 #include "engine/narrow_phase/narrow_phase.h"
+#include "engine/narrow_phase/room_pairs.h"
 #include "engine/narrow_phase/triangle_filter.h"
-#include "engine/narrow_phase/with_room.h"
 #include "engine/parallel/stage_clock.h"
 
 namespace warmfront {
@@ -151,6 +151,7 @@ class PairTester {
   void test_intersections(std::span<const FeaturePair> pairs);
   ElementaryOptions elementary_options() const;
   ElementaryOptions elementary_options(const PairAsked& asked) const;
+  CertifiedOptions certified_options(const PairAsked& asked) const;
   // The same where each pair has a separation of its own.
   void keep_distances(std::span<const FeaturePair> pairs);
   // Of a motion: pairs of which something moves along an arc.
@@ -179,28 +180,40 @@ class PairTester {
   // Of the pair, in a question with this separation for all, without room for roundings.
   double separation(const FeaturePair& pair, double asked) const;
   double separation(const FeaturePair& pair) const { return separation(pair, asked()); }
-  // What a commit may round the pair by; 0 where no room is asked for it.
-  double room_of(const FeaturePair& pair) const;
-  // By tests of what they are asked: with_room() where room is asked for, else once.
-  template <class Start, class Test, class ComesNearer>
-  Verdict stopped(const RoomQuestion& asked, Start&& start, Test&& test, ComesNearer&& comes_nearer) {
-    if (input_->room == nullptr) return test(PairAsked{asked.separation, asked.latest, asked.tolerance});
-    const RoomVerdict told = with_room(asked, start, test, comes_nearer);
+  // What a commit may round the pair by, in a question with this separation for the pair; 0 where no room is
+  // asked for it.
+  double room_of(const FeaturePair& pair, const FeatureVertices& features, double separation) const;
+  // By the rules of WithRoom, of a pair that has room for roundings.
+  template <class Pair>
+  Verdict stopped(const RoomQuestion& asked, Pair&& pair) {
+    const RoomVerdict told = WithRoom(asked, pair).verdict();
     if (told.overlaps) ++output_.overlaps;
     return told.verdict;
   }
-  template <class Test, class ComesNearer>
-  Verdict stopped(const FeaturePair& pair, const FeatureVertices& features, double separation, Test&& test,
-                  ComesNearer&& comes_nearer) {
-    const double latest = asks_for_earliest() ? std::min(1.0, earliest_around(pair)) : 1;
-    const double room = room_of(pair);
-    const ColliderOptions& options = input_->options;
-    return stopped(
-        {separation, room, latest, options.tolerance, options.leave_out_overlaps},
-        [&] { return start_gap(features, separation + CommitRoom::kNear * room); }, test, comes_nearer);
+  // What is asked of a pair, and what is known of it, in a question with this separation for the pair.
+  double latest_of(const FeaturePair& pair) const;
+  RoomQuestion room_question(const FeaturePair& pair, const FeatureVertices& features,
+                             double separation) const;
+  RoomPairState room_state(const FeaturePair& pair, const RoomQuestion& asked,
+                           ElementaryCounts& counts) const;
+  // By `test`, of a PairAsked, of a pair along lines, ...
+  template <class Test>
+  Verdict verdict_of(const FeaturePair& pair, const FeatureVertices& features, double separation,
+                     ElementaryCounts& counts, Test& test) {
+    if (input_->room == nullptr) return test(PairAsked{separation, latest_of(pair)});
+    const RoomQuestion asked = room_question(pair, features, separation);
+    return stopped(asked, LinesInRoom(features, room_state(pair, asked, counts), test));
   }
-  // Does a pair that moves along lines come within the separation?
-  Verdict comes_nearer(const FeatureVertices& features, const PairAsked& asked);
+  // ... and of one along arcs.
+  template <class Test>
+  Verdict verdict_of(const FeaturePair& pair, const TurningPair& turns, double separation, Test& test) {
+    if (input_->room == nullptr) return test(PairAsked{separation, latest_of(pair)});
+    const RoomQuestion asked = room_question(pair, turns.features, separation);
+    ElementaryCounts counts;
+    const Verdict verdict = stopped(asked, ArcsInRoom(turns, room_state(pair, asked, counts), test));
+    output_.counts.exact_tests += counts.exact_tests;
+    return verdict;
+  }
   void push(const FeaturePair& pair);
   // The same of a pair that no excluded vertices leave out.
   void push_unless_at_rest(const FeaturePair& pair);

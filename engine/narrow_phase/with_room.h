@@ -4,7 +4,7 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
+#include <optional>
 
 #include "engine/elementary/start_gap.h"
 #include "engine/elementary/verdict.h"
@@ -17,7 +17,6 @@ struct RoomQuestion {
   double separation = 0;            ///< that is asked for, with the thickness of both
   double room = 0;                  ///< CommitRoom::of() it
   double latest = 1;                ///< later contacts are not needed
-  double tolerance = 0;             ///< see CertifiedOptions
   bool leave_out_overlaps = false;  ///< see ColliderOptions
 };
 
@@ -25,7 +24,6 @@ struct RoomQuestion {
 struct PairAsked {
   double separation = 0;
   double latest = 1;
-  double tolerance = 0;
 };
 
 struct RoomVerdict {
@@ -33,57 +31,76 @@ struct RoomVerdict {
   bool overlaps = false;  ///< it starts as near as counts, and no contact at the start tells so
 };
 
-/// Asks `test`, of a PairAsked a Verdict, until one tells how far the pair may go. With m the separation and
-/// r the room, it stops
+/// The rules. With m the separation and r the room, a pair stops
 ///   - at m + kAway r where it starts farther apart;
 ///   - else at m + kNear r where it starts farther apart than that: after a commit it is beyond m + r;
-///   - else, as an overlap at t = 0, where it ever comes nearer than it starts by more than r, or its own
-///   rounding, or within r: it may move apart, or along. Where overlaps are left out, it is counted, and
-///   stops at the first of m and r, whichever is wider first, and 0 that it starts beyond, if any: so what
-///   starts apart is not taken through.
+///   - else, it starts near: not at all where it comes no nearer (start_gap.h): it may move apart, or along.
+///   What comes nearer stops at t = 0. Beyond m + r it may come r nearer, but not within m + r, which the
+///   roundings of a motion along may do.
+/// Where overlaps are left out, what starts near is asked so once more without the separation, and what
+/// touches at the start does not stop at all. What does not move, or is kept on its side by any rounding,
+/// does not come nearer; else what starts within r does, where it is not left out, since a commit of whatever
+/// part of its motion might take it through.
+///
 /// How surely one that starts beyond is in contact is told by the test for m alone, where that finds any: by
-/// its roundings the narrower test may know less surely of a start that is apart. `start`: its StartGap.
-/// `comes_nearer`: the test of whether a pair comes within a separation at any time; no distance is kept by
-/// it.
-template <class Start, class Test, class ComesNearer>
-RoomVerdict with_room(const RoomQuestion& asked, Start&& start, Test&& test, ComesNearer&& comes_nearer) {
-  const auto overlaps = [](const Verdict& verdict) {
+/// its roundings the narrower test may know less surely of a start that is apart.
+///
+/// `Pair`: of one pair, test(PairAsked), a Verdict; start(), its StartGap; rests(); keeps_its_side(),
+/// whatever part of its motion a commit rounds; starts_within(separation) and comes_within(separation), at
+/// any time.
+template <class Pair>
+class WithRoom {
+ public:
+  WithRoom(const RoomQuestion& asked, Pair& pair) : asked_(asked), pair_(pair) {}
+
+  RoomVerdict verdict() {
+    if (pair_.rests()) {
+      const bool near = pair_.test({asked_.separation, 1}).contact;
+      return {{}, near};
+    }
+    if (const auto stopped = beyond(asked_.separation)) return {*stopped};
+    if (!asked_.leave_out_overlaps)
+      return near(asked_.separation) ? RoomVerdict{{true, ContactStatus::kOverlapAtStart, 0}}
+                                     : RoomVerdict{{}, true};
+    if (asked_.separation > 0) {
+      if (const auto stopped = beyond(0)) return {*stopped, true};
+    }
+    return {near(0) ? Verdict{true, ContactStatus::kHit, 0} : Verdict{}, true};
+  }
+
+ private:
+  static bool overlaps(const Verdict& verdict) {
     return verdict.contact && verdict.status == ContactStatus::kOverlapAtStart;
-  };
-  const double m = asked.separation;
-  const double r = asked.room;
-  const auto plainly = [&](double separation) {
-    return test(PairAsked{separation, asked.latest, asked.tolerance});
-  };
-  for (const double times : {CommitRoom::kAway, CommitRoom::kNear}) {
-    Verdict verdict = plainly(m + times * r);
-    if (overlaps(verdict)) {
-      if (r == 0) break;
-      continue;
-    }
-    if (!verdict.contact || r == 0) return {verdict};
-    const Verdict surely = test(PairAsked{m, 1, asked.tolerance});
-    if (surely.contact && !overlaps(surely)) verdict.status = surely.status;
-    return {verdict};
   }
-  const Verdict at_start{true, ContactStatus::kOverlapAtStart, 0};
-  if (asked.leave_out_overlaps) {
-    double within = r == 0 ? m : m + CommitRoom::kNear * r;
-    for (const double separation : {std::max(m, r), std::min(m, r), 0.0}) {
-      if (separation >= within) continue;
-      const Verdict verdict = plainly(separation);
-      if (!overlaps(verdict)) return {verdict, true};
-      within = separation;
+
+  // Where it stops with a separation of m; none where it starts near.
+  std::optional<Verdict> beyond(double m) {
+    for (const double times : {CommitRoom::kAway, CommitRoom::kNear}) {
+      Verdict verdict = pair_.test({m + times * asked_.room, asked_.latest});
+      if (overlaps(verdict)) continue;
+      if (!verdict.contact) return verdict;
+      const Verdict surely = pair_.test({m, 1});
+      if (surely.contact && !overlaps(surely)) verdict.status = surely.status;
+      return verdict;
     }
-    return {at_start};
+    return std::nullopt;
   }
-  const StartGap gap = start();
-  const double slack = gap.slack(r);
-  const double separation = std::max(r, gap.least - slack);
-  const double within = std::max(0x1p-50, 0x1p-7 * (gap.least - separation) / gap.size);
-  // At any time, whatever else was found before that.
-  const Verdict nearer = comes_nearer(PairAsked{separation, 1, std::min(asked.tolerance, within)});
-  return nearer.contact ? RoomVerdict{at_start} : RoomVerdict{nearer, true};
-}
+
+  // Does one that starts near come nearer, at any time, whatever was found before that?
+  bool near(double m) {
+    const double r = asked_.room;
+    const StartGap gap = pair_.start();
+    const double as_it_starts = gap.least - gap.slack();
+    const double within = gap.least > m + r ? std::max(gap.least - r, m + r) : as_it_starts;
+    if (within >= r) return pair_.comes_within(within);
+    if (!pair_.starts_within(r)) return pair_.comes_within(r);  // doubles did not find how far it is
+    if (pair_.keeps_its_side()) return false;
+    if (!asked_.leave_out_overlaps) return true;
+    return !pair_.starts_within(0) && pair_.comes_within(std::max(0.0, as_it_starts));
+  }
+
+  const RoomQuestion& asked_;
+  Pair& pair_;
+};
 
 }  // namespace warmfront

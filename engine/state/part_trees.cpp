@@ -219,34 +219,6 @@ std::span<const std::uint8_t> PartTrees<Bounds>::off_base() noexcept {
   return off_base_;
 }
 
-// With f in (0, 1) and d and w what a node's points are displaced by, d in common and within w of that: at f
-// of the way they are displaced by f d, and within f w <= w of that. So may bounds be, whose ends are convex
-// functions of where on the way points are. On an arc they are that much farther from there, at most.
-template <class Bounds>
-void PartTrees<Bounds>::shorten(const Core& core, double fraction, bool beside) {
-  const auto f = static_cast<float>(fraction);
-  const auto shorten_all = [&](std::span<const NodeTravel> base, std::span<NodeTravel> travel,
-                               std::uint32_t slack, std::uint32_t arc) {
-    for (std::size_t n = 0; n < travel.size(); ++n) {
-      for (int k = 0; k < 3; ++k)
-        travel[n].centre[k] = base[n].centre[k] + f * (travel[n].centre[k] - base[n].centre[k]);
-      travel[n].wandered += beside ? std::min(2 * slack, travel::kMost) : slack;
-      travel[n].wandered += arc;
-    }
-  };
-  for (std::uint32_t p = 0; p < trees_.size(); ++p) {
-    if (waits(PartId{p}) || (states_[p] & kMoving) == 0) continue;
-    Bvh<Bounds>& tree = trees_[p];
-    // Half of a diagonal's displacement counts, which is no more than its length.
-    const double most = core.motion.vertices().frame().to_local(core.arcs.most_of(PartId{p}));
-    const std::uint32_t arc =
-        most > 0 ? travel::units(static_cast<float>(most * (1 + 0x1p-20))) : std::uint32_t{0};
-    shorten_all(tree.travel.base_nodes, tree.travel.nodes, tree.travel.slack, arc);
-    shorten_all(tree.travel.base_blocks, tree.travel.blocks, tree.travel.slack, arc);
-    refit_in_[p] = step_ - 1;  // bounds at t = 1 are not those of where it is
-  }
-}
-
 template <class Bounds>
 void PartTrees<Bounds>::bound_vertices(Core& core, StopSignal stop) {
   for (std::uint32_t p = 0; p < trees_.size(); ++p) {

@@ -33,9 +33,11 @@ class PartTrees {
     trial_ = trial;
     if (from == From::kEnd) ++base_;
   }
-  /// The last motion that a step began with was committed up to a fraction; with `beside`, not quite along
-  /// its lines: TrialWay.
-  void shorten(const Core& core, double fraction, bool beside);
+  /// The last motion that a step began with is to be committed up to a fraction that is not 0; with `beside`,
+  /// not quite along its lines: TrialWay.
+  void shorten(const Core& core, double fraction, bool beside, Rounding rounding);
+  /// It is not to be.
+  void go_back();
   /// Bounds of the vertices alone, for a trial that goes part of the way of that motion and was not begun
   /// here.
   void bound_vertices(Core& core, StopSignal stop);

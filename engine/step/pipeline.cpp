@@ -110,17 +110,20 @@ Result<StepResult> PipelineWith<Bounds>::step(Core& core, const Frame& frame, Ki
 
 template <class Bounds>
 void PipelineWith<Bounds>::commit(Core& core, double fraction, Rounding rounding) noexcept {
-  core.motion.commit_trial(fraction, rounding == Rounding::kFloat32, core.arcs);
   const bool beside = longest_.shortened();
   const double of_longest = beside ? fraction * longest_.fraction() : fraction;
   const bool whole = of_longest == 1 && !beside;
   const bool granted_at_end = budgets_.at_trial_end();
-  if (!whole) leave_trial(core, TrialLeft::kForPartWay);
+  if (!whole) leave_trial(core, fraction == 0 ? TrialLeft::kForBase : TrialLeft::kForPartWay);
   budgets_.leave_trial_end();
   longest_.forget();
-  if (!whole) trees_.shorten(core, of_longest, beside);
-  if (of_longest == 0) {
-    if (granted_at_end) front_.front().settle(trees_.trees(), part_widths(core, widths_.at_base()));
+  if (fraction == 0)
+    trees_.go_back();
+  else if (!whole)
+    trees_.shorten(core, of_longest, beside, rounding);
+  core.motion.commit_trial(fraction, rounding == Rounding::kFloat32, core.arcs);
+  if (fraction == 0) {
+    // What was granted there holds, and so does what was granted at the base.
   } else if (whole && granted_at_end && widths_.last_is_widest()) {
     widths_.step_taken();  // what does not last was tested
   } else {

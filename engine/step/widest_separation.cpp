@@ -12,7 +12,8 @@ namespace warmfront {
 double widest_separation(const Core& core, StopSignal stop) {
   constexpr double kMost = std::numeric_limits<double>::max();
   KeepDistance keep = core.keep;
-  if (const double room = CommitRoom::kAway * core.room.most(); room > 0)
+  const double widest_asked = keep.beyond + 2 * core.thickness.most();
+  if (const double room = CommitRoom::kAway * core.room.most(widest_asked); room > 0)
     keep.beyond = std::min(keep.beyond + std::exp2(std::ceil(std::log2(room))), kMost);
   if (keep.share == 0) return keep.beyond;
   const double longest = longest_way(core.motion, core.arcs, stop);

@@ -8,9 +8,6 @@
 #include "engine/elementary/candidate.h"
 #include "engine/elementary/contact_geometry.h"
 #include "engine/elementary/edge_face.h"
-#include "engine/elementary/elementary_test.h"
-#include "engine/elementary/half_space.h"
-#include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
 #include "engine/elementary/turning.h"
 #include "engine/scene/screws.h"
@@ -89,6 +86,7 @@ std::vector<Contact> meeting_edges_and_faces(const SceneDescription& scene, cons
                                              std::span<const VertexMotion> vertices, Instant at) {
   std::vector<Contact> meeting;
   std::uint64_t exact_tests = 0;
+  const PairRules rules(made, scene.filters);
   for (std::uint32_t e = 0; e < made.edge_count(); ++e) {
     for (std::uint32_t f = 0; f < made.face_count(); ++f) {
       const Edge& edge = made.edges()[e];
@@ -98,9 +96,9 @@ std::vector<Contact> meeting_edges_and_faces(const SceneDescription& scene, cons
       if (!may_meet(scene, made.body_of_vertex()[edge[0]], made.body_of_vertex()[face[0]])) continue;
       const EdgeFaceVertices five{&vertices[edge[0]], &vertices[edge[1]], &vertices[face[0]],
                                   &vertices[face[1]], &vertices[face[2]]};
-      if (edge_meets_face(five, at, exact_tests))
-        meeting.push_back(
-            {ContactKind::kEdgeFace, ContactStatus::kHit, e, f, at == Instant::kStart ? 0.0 : 1.0});
+      const double toi = at == Instant::kStart ? 0 : 1;
+      const Contact contact{ContactKind::kEdgeFace, ContactStatus::kHit, e, f, toi};
+      if (edge_meets_face(five, at, exact_tests) && !rules.leave_out(contact)) meeting.push_back(contact);
     }
   }
   return meeting;
@@ -148,8 +146,8 @@ void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion>
   }
 }
 
-ElementaryOptions elementary_options(const ColliderOptions& options, double separation, double tolerance) {
-  return {.tier = options.tier, .tolerance = tolerance, .min_separation = separation};
+ElementaryOptions elementary_options(const ColliderOptions& options, double separation) {
+  return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = separation};
 }
 
 }  // namespace
@@ -184,42 +182,48 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   const auto posed_around = [&](std::uint32_t v) {  // where none is declared, bodies are found
     return posed.empty() ? PosedRounding() : posed[made.body_of_vertex()[v]];
   };
-  const auto room = [&](const Contact& pair, const FeatureVertices& features) {
+  // By vertex of the pair.
+  const auto posed_of = [&](const Contact& pair) {
     std::array<PosedRounding, 4> of_vertices;
     const auto ids = made.vertices_of(pair);
     for (std::size_t k = 0; k < 4; ++k) of_vertices[k] = posed_around(ids[k]);
-    return room_of(features, rounding, of_vertices);
+    return of_vertices;
   };
   const double tolerance =
       options.keep_distance && options.tier == Tier::kExact ? 0x1p-32 : options.tolerance;
-  const auto test = [&](const TurningPair& pair, double separation, double within) {
+  const CertifiedOptions kept{.tolerance = tolerance};
+  const auto test = [&](const TurningPair& pair, double separation) {
     if (pair.first != nullptr || pair.second != nullptr) {
-      return options.keep_distance
-                 ? turning_keep_distance_test(pair, keep_of(separation), {.tolerance = within})
-             : candidates ? turning_candidate_test(pair, separation)
-                          : turning_test(pair, {.tolerance = within, .min_separation = separation});
+      return options.keep_distance ? turning_keep_distance_test(pair, keep_of(separation), kept)
+             : candidates          ? turning_candidate_test(pair, separation)
+                          : turning_test(pair, {.tolerance = tolerance, .min_separation = separation});
     }
-    return options.keep_distance
-               ? keep_distance_test(pair.features, keep_of(separation), {.tolerance = within})
-           : candidates
-               ? candidate_test(pair.features, separation)
-               : elementary_test(pair.features, elementary_options(options, separation, within), counts);
+    return options.keep_distance ? keep_distance_test(pair.features, keep_of(separation), kept)
+           : candidates          ? candidate_test(pair.features, separation)
+                        : elementary_test(pair.features, elementary_options(options, separation), counts);
   };
   const bool leaves_room = max_step && options.tier != Tier::kFast;
   std::vector<Contact> contacts = found_by(
       scene, made, vertices, twists, options.keep_distance ? 1 : options.min_separation,
       [&](const TurningPair& pair, const Contact& ids, double thickness) {
         const double asked = options.min_separation + thickness;
-        if (!leaves_room) return test(pair, asked, tolerance);
-        const double rounds = room(ids, pair.features);
-        return with_room(
-            asked, rounds, options.leave_out_overlaps, start_gap(pair.features, asked + 2 * rounds),
-            tolerance, [&](double separation, double within) { return test(pair, separation, within); },
-            [&](double separation, double within) {
-              const bool turns = pair.first != nullptr || pair.second != nullptr;
-              return turns ? turning_test(pair, {.tolerance = within, .min_separation = separation})
-                           : comes_within(pair.features, options.tier, separation, within);
-            });
+        if (!leaves_room) return test(pair, asked);
+        const std::array<PosedRounding, 4> of_vertices = posed_of(ids);
+        const bool by_itself =
+            std::ranges::all_of(of_vertices, [](const PosedRounding& of) { return of.share == 0; }) &&
+            std::ranges::all_of(pair.features.vertex,
+                                [&](const VertexMotion* of) { return rounds_to_its_kind(*of, rounding); });
+
+        RoomOracle in_room =
+            lines_in_room(pair.features, room_of(pair.features, rounding, of_vertices), by_itself, asked,
+                          [&](double separation) { return test(pair, separation); });
+        if (pair.first != nullptr || pair.second != nullptr) {
+          in_room.keeps_its_side = false;
+          in_room.comes_within = [&pair](double within) {
+            return turning_test(pair, {.tolerance = 0x1p-40, .min_separation = within}).contact;
+          };
+        }
+        return with_room(asked, options.leave_out_overlaps, in_room);
       });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, &step);
   add_half_spaces(
@@ -227,29 +231,44 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
       [&](std::uint32_t v, std::uint32_t b, double thickness, const Twist* twist) {
         const VertexMotion& vertex = vertices[v];
         const HalfSpaceMotion& half_space = half_spaces[b];
-        const auto plain = [&](double separation, double within) {
-          const ElementaryOptions elementary = elementary_options(options, separation, within);
-          return twist != nullptr ? turning_half_space_test(vertex, *twist, half_space, elementary, counts)
-                                  : half_space_test(vertex, half_space, elementary, counts);
+        const auto plain = [&](double separation, const ElementaryOptions& elementary) {
+          ElementaryOptions with = elementary;
+          with.min_separation = separation;
+          return twist != nullptr ? turning_half_space_test(vertex, *twist, half_space, with, counts)
+                                  : half_space_test(vertex, half_space, with, counts);
         };
-        const auto test_by = [&](double separation, double within) {
-          const ElementaryOptions elementary = elementary_options(options, separation, within);
+        const auto test_by = [&](double separation) {
+          const ElementaryOptions elementary = elementary_options(options, separation);
           if (options.keep_distance) {
             return twist != nullptr
                        ? turning_half_space_keep_distance(vertex, *twist, half_space, keep_of(separation),
                                                           elementary, counts)
                        : half_space_keep_distance(vertex, half_space, keep_of(separation), 1, counts);
           }
-          if (!candidates) return plain(separation, within);
+          if (!candidates) return plain(separation, elementary);
           return twist != nullptr
                      ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
                      : half_space_candidate(vertex, half_space, elementary, counts);
         };
         const double asked = options.min_separation + thickness;
-        if (!leaves_room) return test_by(asked, options.tolerance);
-        return with_room(asked, room_of(vertex, half_space, rounding, posed_around(v), posed[b]),
-                         options.leave_out_overlaps, start_gap(vertex, half_space), options.tolerance,
-                         test_by, plain);
+        if (!leaves_room) return test_by(asked);
+        RoomOracle in_room;
+        in_room.size = pair_size(vertex, half_space);
+        in_room.rounding = room_of(vertex, half_space, rounding, posed_around(v), posed[b]);
+        if (half_space.moves()) in_room.rounding = std::max(in_room.rounding, 0x1p-1074);
+        in_room.start = start_gap(vertex, half_space);
+        in_room.keeps_its_side = posed_around(v).share == 0 && posed[b].share == 0 &&
+                                 rounds_to_its_kind(vertex, rounding) && keeps_its_side(vertex, half_space);
+        in_room.test = test_by;
+        in_room.starts_within = [&](double within) {
+          return starts_within(vertex, half_space, within, counts.exact_tests);
+        };
+        in_room.comes_within = [&](double within) {
+          const ElementaryOptions fine{.tier = twist != nullptr ? Tier::kCertified : Tier::kExact,
+                                       .tolerance = twist != nullptr ? 0x1p-40 : 1e-6};
+          return plain(within, fine).contact;
+        };
+        return with_room(asked, options.leave_out_overlaps, in_room);
       });
   Outcome outcome = answer_of(std::move(contacts), scene, made, options);
   if (max_step) {  // which tells of the first alone
@@ -286,15 +305,14 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
                [&](const TurningPair& pair, const Contact& /*ids*/, double thickness) {
                  const double separation = options.min_separation + thickness;
                  return proximity_test(pair.features, options.instant,
-                                       elementary_options(options, separation, options.tolerance), counts);
+                                       elementary_options(options, separation), counts);
                });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, at_end ? &*trial : nullptr);
   add_half_spaces(
       reported, scene, made, {},
       [&](std::uint32_t v, std::uint32_t b, double thickness, const Twist* /*none turns at an instant*/) {
-        return half_space_proximity(
-            vertices[v], half_spaces[b], options.instant,
-            elementary_options(options, options.min_separation + thickness, options.tolerance), counts);
+        return half_space_proximity(vertices[v], half_spaces[b], options.instant,
+                                    elementary_options(options, options.min_separation + thickness), counts);
       });
   Outcome outcome = answer_of(reported, scene, made, options);
   outcome.earliest_toi.reset();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <functional>
 #include <vector>
 
 #include "engine/contact.h"
@@ -26,6 +27,15 @@ struct PosedRounding {
 
 inline double share_of(Rounding rounding) {
   return rounding == Rounding::kFloat32 ? 0x1p-22 : 0x1p-44;
+}
+
+/// Has the vertex, at both ends, the kind of numbers that it is rounded to?
+inline bool rounds_to_its_kind(const VertexMotion& vertex, Rounding rounding) {
+  const auto is_float = [](double x) { return double{static_cast<float>(x)} == x; };
+  const auto of_floats = [&](const std::array<double, 4>& at) {
+    return is_float(at[0]) && is_float(at[1]) && is_float(at[2]);
+  };
+  return rounding == Rounding::kFloat64 || (of_floats(vertex.t0) && of_floats(vertex.t1));
 }
 
 /// Of a vertex; `posed`: of its body.
@@ -65,33 +75,48 @@ inline double room_of(const FeatureVertices& features, Rounding rounding,
   return room;
 }
 
-/// How far a pair may go, by a test that is given a separation, and until which tolerance a time counts as
-/// found. It stops four rooms beyond what is asked for, or two where it starts nearer than that. What starts
-/// nearer still overlaps; without those that do, it stops at the first of what is asked for, the room and 0,
-/// by size, that it starts beyond; else at its start, unless it comes no nearer than it starts.
-template <class Test, class ComesNearer>
-Verdict with_room(double asked, double room, bool leave_out_overlaps, const StartGap& start, double tolerance,
-                  Test&& test, ComesNearer&& comes_nearer) {
+/// What the rules ask of a pair; see WithRoom.
+struct RoomOracle {
+  double size = 0;      ///< of the pair
+  double rounding = 0;  ///< what a commit may round it by: 0 where nothing moves
+  StartGap start;
+  bool keeps_its_side = false;                ///< whatever a commit rounds
+  std::function<Verdict(double)> test;        ///< with this separation
+  std::function<bool(double)> starts_within;  ///< at the start
+  std::function<bool(double)> comes_within;   ///< this, at any time
+};
+
+/// How far a pair may go. It stops four rooms beyond what is asked for, or two where it starts nearer than
+/// that. What starts nearer still stops at its start where it comes nearer, by no more than a room while that
+/// leaves it a room beyond what is asked for. Overlaps that are left out are asked about once more without a
+/// separation, and what touches goes on.
+inline Verdict with_room(double asked, bool leave_out_overlaps, const RoomOracle& pair) {
   const auto at_start = [](const Verdict& verdict) {
     return verdict.contact && verdict.status == ContactStatus::kOverlapAtStart;
   };
-  const Verdict without = test(asked, tolerance);
-  if (room == 0 && !at_start(without)) return without;
-  std::vector<double> separations{asked + 4 * room, asked + 2 * room};
-  if (leave_out_overlaps)
-    separations.insert(separations.end(), {std::max(asked, room), std::min(asked, room), 0});
+  if (pair.rounding == 0) return {};
+  const double room = std::max(pair.rounding, std::ldexp(std::max(pair.size, asked), -44));
+  std::vector<double> separations{asked};
+  if (leave_out_overlaps && asked > 0) separations.push_back(0);
   for (const double separation : separations) {
-    Verdict verdict = test(separation, tolerance);
-    if (at_start(verdict)) continue;
-    if (separation > std::max(asked, room) && verdict.contact && without.contact && !at_start(without))
-      verdict.status = without.status;
-    return verdict;
+    const Verdict without = pair.test(separation);
+    for (const double times : {4.0, 2.0}) {
+      Verdict verdict = pair.test(separation + times * room);
+      if (at_start(verdict)) continue;
+      if (verdict.contact && without.contact && !at_start(without)) verdict.status = without.status;
+      return verdict;
+    }
   }
-  const Verdict overlap{true, ContactStatus::kOverlapAtStart, 0};
-  if (leave_out_overlaps) return overlap;
-  const double as_near = std::max(room, start.least - std::max(room, std::ldexp(start.size, -42)));
-  const double within = std::max(std::ldexp(1, -50), (start.least - as_near) / start.size / 128);
-  return comes_nearer(as_near, std::min(tolerance, within)).contact ? overlap : Verdict{};
+  const double floor = separations.back() + room;
+  const double unchanged = pair.start.least - std::ldexp(pair.start.size, -45);
+  const double within = pair.start.least > floor ? std::max(pair.start.least - room, floor) : unchanged;
+  bool stops = !pair.keeps_its_side && !(leave_out_overlaps && pair.starts_within(0));
+  if (within >= room || !pair.starts_within(room))
+    stops = pair.comes_within(std::max(within, room));
+  else if (stops && leave_out_overlaps)
+    stops = pair.comes_within(std::max(0.0, unchanged));
+  if (!stops) return {};
+  return {true, leave_out_overlaps ? ContactStatus::kHit : ContactStatus::kOverlapAtStart, 0};
 }
 
 }  // namespace warmfront::testing

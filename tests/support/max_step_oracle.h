@@ -2,19 +2,34 @@
 // What max_step() says of one pair. A pure function.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <utility>
+
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/keep_distance.h"
+#include "engine/elementary/start_gap.h"
 #include "engine/question.h"
 #include "tests/support/commit_room_oracle.h"
 
 namespace warmfront::testing {
 
-/// By the direction between the closest points at the start, or by the tier's test.
-inline Verdict comes_within(const FeatureVertices& features, Tier tier, double separation, double tolerance) {
-  ElementaryCounts counts;
-  if (stays_apart(features, separation)) return {};
-  return elementary_test(features, {.tier = tier, .tolerance = tolerance, .min_separation = separation},
-                         counts);
+/// A pair of which every vertex is rounded by itself, or not, so that it is `rounding` nearer at most.
+inline RoomOracle lines_in_room(const FeatureVertices& features, double rounding, bool by_itself,
+                                double asked, std::function<Verdict(double)> test) {
+  static thread_local std::uint64_t exact_tests = 0;
+  RoomOracle pair;
+  pair.size = pair_size(features);
+  pair.rounding = rounding;
+  const double room = std::max(rounding, std::ldexp(std::max(pair.size, asked), -44));
+  pair.start = start_gap(features, asked + 2 * room);
+  pair.keeps_its_side = by_itself && keeps_its_side(features);
+  pair.test = std::move(test);
+  pair.starts_within = [features](double within) { return starts_within(features, within, exact_tests); };
+  pair.comes_within = [features](double within) { return comes_within(features, within, exact_tests); };
+  return pair;
 }
 
 /// Of a pair that moves along lines, asked with a tier in a session of float64 with these
@@ -25,20 +40,16 @@ inline Verdict max_step_verdict(const FeatureVertices& features, const QuestionO
   const double tolerance =
       question.keep_distance && question.tier == Tier::kExact ? 0x1p-32 : of_session.tolerance;
   ElementaryCounts counts;
-  const auto test = [&](double separation, double within) {
+  const auto test = [&](double separation) {
     return question.keep_distance
-               ? keep_distance_test(features, {*question.keep_distance, separation}, {.tolerance = within})
-               : elementary_test(features,
-                                 {.tier = *question.tier, .tolerance = within, .min_separation = separation},
-                                 counts);
+               ? keep_distance_test(features, {*question.keep_distance, separation}, {.tolerance = tolerance})
+               : elementary_test(
+                     features, {.tier = *question.tier, .tolerance = tolerance, .min_separation = separation},
+                     counts);
   };
   const double asked = of_session.min_separation + thickness;
-  const double room = room_of(features, Rounding::kFloat64);
-  const auto comes_nearer = [&](double separation, double within) {
-    return comes_within(features, *question.tier, separation, within);
-  };
-  return with_room(asked, room, leave_out_overlaps, start_gap(features, asked + 2 * room), tolerance, test,
-                   comes_nearer);
+  return with_room(asked, leave_out_overlaps,
+                   lines_in_room(features, room_of(features, Rounding::kFloat64), true, asked, test));
 }
 
 }  // namespace warmfront::testing

@@ -121,10 +121,10 @@ class Questions(Asking):
         a session of float64: 2**-44) of the largest coordinate, at either end, of those of a pair's vertices that move. With m
         the separation and the thickness of both, a pair stops at m + 4 r, or, where it starts within that, at m + 2 r. So no
         commit of as much or less leaves anything within m, or takes it through anything. What starts nearer still may move
-        apart, or along: the answer is 0 where any of it comes nearer than it starts by more than r, or within r.
+        apart, or along: the answer is 0 where any of it comes nearer at any time.
 
-        leave_out_overlaps: what starts so near does not stop the motion before it comes within r, and what starts within r,
-        or touches, may be taken through. It is counted in either case.
+        leave_out_overlaps: what starts so near is asked about without its separation, and what touches at the start is not
+        asked about: it may be taken through. It is counted in either case.
 
         keep_distance: s in (0, 1), how far may it go before any pair comes nearer than s times its own distance at the start?
         With a min_separation m, nearer than m + s (d - m) where it starts d apart; pairs that start within m are as without.

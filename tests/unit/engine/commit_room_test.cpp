@@ -26,7 +26,7 @@ Collider collider_of(const SceneDescription& scene, std::span<const double> star
       .value();
 }
 
-// A vertex above a face goes away, through it, or along with it.
+// A vertex above a face goes away, through it, or along with it: that goes on, and through goes nothing.
 TEST(CommitRoom, WhatStartsWithinTheRoomMayMoveApart) {
   constexpr double kRoom = 0x1p-22;  // of 1, the largest coordinate of what moves
   SceneDescription scene{4, {{0, 1, 2}}, {{"", 0, 3}, {"", 3, 1}}};
@@ -47,9 +47,8 @@ TEST(CommitRoom, WhatStartsWithinTheRoomMayMoveApart) {
               .value();
         };
         const bool far = rooms > CommitRoom::kNear;
-        const bool free = separation > 0 || rooms > 1;
         for (const auto& end : {away, along}) {
-          EXPECT_EQ(ask(end, false).fraction, free ? 1 : 0);
+          EXPECT_EQ(ask(end, false).fraction, 1);
           EXPECT_EQ(ask(end, false).overlaps_at_start, far ? 0U : 1U);
           EXPECT_EQ(ask(end, true).fraction, 1);
           EXPECT_EQ(ask(end, true).overlaps_at_start, far ? 0U : 1U);
@@ -58,7 +57,7 @@ TEST(CommitRoom, WhatStartsWithinTheRoomMayMoveApart) {
         EXPECT_EQ(stopped.fraction > 0, far);
         EXPECT_LT(stopped.fraction, 2 * kRoom);
         const MaxStep left_out = ask(through, true);
-        EXPECT_GT(left_out.fraction, 0);
+        EXPECT_EQ(left_out.fraction > 0, far || separation > 0);
         EXPECT_LE(left_out.fraction, start[11]);
         EXPECT_EQ(left_out.overlaps_at_start, far ? 0U : 1U);
       }
@@ -192,6 +191,97 @@ TEST(CommitRoom, NothingIsLeftWithinASeparation) {
     }
   }
   EXPECT_GT(stopped, 100);
+}
+
+// A face that rests and a vertex, above it by so much.
+struct Above {
+  SceneDescription scene{4, {{0, 1, 2}}, {{"", 0, 3, BodyKind::kStatic}, {"", 3, 1}}};
+  std::vector<double> start;
+
+  Above(double size, double height, double thin = 1)
+      : start{-size, -size, 0, size, -size, 0, 0, (2 * thin - 1) * size, 0, 0, (0.5 * thin - 1) * size,
+              height} {}
+  std::vector<double> at(double height) const {
+    std::vector<double> there = start;
+    there[11] = height;
+    return there;
+  }
+};
+
+// What tests in double can tell goes by the size of a pair, and not by the coordinates of what moves.
+TEST(CommitRoom, WhatIsPushedAgainstALargeOrThinFaceStaysOnItsSideAndMayGoBack) {
+  for (const Tier tier : {Tier::kCertified, Tier::kExact}) {
+    for (const Rounding rounding : {Rounding::kFloat32, Rounding::kFloat64}) {
+      for (const bool leave_out : {false, true}) {
+        for (const double size : {1e-3, 1.0, 1e3, 1e6}) {
+          for (const double thin : {1.0, 1e-4, 1e-8}) {
+            const Above above(size, 0.7, thin);
+            Collider collider = collider_of(above.scene, above.start, tier);
+            const auto ask = [&](double height) {
+              return collider
+                  .max_step(std::span<const double>(above.at(height)), leave_out, {}, nullptr, rounding)
+                  .value();
+            };
+            const auto now = [&] { return collider.positions()[11]; };
+            for (int push = 0; push < 40; ++push) {
+              ASSERT_TRUE(ask(push % 2 == 0 ? -1 : -1e-3).fraction < 1);
+              ASSERT_TRUE(collider.commit(ask(-1).fraction, rounding).ok());
+              ASSERT_GT(now(), 0) << to_string(tier) << ' ' << leave_out << ' ' << size << ' ' << thin;
+            }
+            for (const double away : {1.0, 1e-3, 1e-6})
+              ASSERT_EQ(ask(now() + away).fraction, 1)
+                  << leave_out << ' ' << size << ' ' << thin << ' ' << now();
+          }
+        }
+      }
+    }
+  }
+}
+
+// Each motion is less than a commit rounds.
+TEST(CommitRoom, NoSeparationIsUsedUpByManySmallMotions) {
+  for (const Tier tier : {Tier::kCertified, Tier::kExact}) {
+    for (const double far : {1.0, 1000.0}) {
+      SceneDescription scene = Above(1, 0).scene;
+      const double ulp = far * 0x1p-23, separation = 100 * ulp;
+      std::vector<double> at{far - 1, far - 1, far, far + 1, far - 1, far,
+                             far,     far + 1, far, far,     far,     far + 2 * separation};
+      Collider collider = collider_of(scene, at, tier);
+      for (int k = 0; k < 400; ++k) {
+        at = collider.positions();
+        at[11] = static_cast<float>(at[11] - ulp);
+        const MaxStep step = collider
+                                 .max_step(std::span<const double>(at), false, {.min_separation = separation},
+                                           nullptr, Rounding::kFloat32)
+                                 .value();
+        ASSERT_TRUE(collider.commit(step.fraction, Rounding::kFloat32).ok());
+        ASSERT_GE(collider.positions()[11], far + separation) << k;
+      }
+    }
+  }
+}
+
+TEST(CommitRoom, WhatTouchesAtRestHoldsUpNothing) {
+  const Above above(1, 0);
+  SceneDescription scene = above.scene;
+  scene.vertex_count = 5;
+  scene.bodies.push_back({"", 4, 1});
+  std::vector<double> start = above.start;
+  start.insert(start.end(), {5, 5, 5});
+  for (const Tier tier : {Tier::kCertified, Tier::kExact}) {
+    Collider collider = collider_of(scene, start, tier);
+    for (int step = 0; step < 3; ++step) {
+      std::vector<double> end = collider.positions();
+      end[12] += 1;
+      const MaxStep far = collider.max_step(std::span<const double>(end)).value();
+      ASSERT_EQ(far.fraction, 1);
+      EXPECT_EQ(far.overlaps_at_start, 1U);
+      ASSERT_TRUE(collider.commit(1).ok());
+    }
+    std::vector<double> end = collider.positions();
+    end[11] -= 1;
+    EXPECT_EQ(collider.max_step(std::span<const double>(end)).value().fraction, 0);
+  }
 }
 
 }  // namespace

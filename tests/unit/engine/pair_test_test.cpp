@@ -64,19 +64,14 @@ std::optional<PairContact> with_room(const MovingPair& pair, PairOptions options
     features.vertex[k] = &vertices[k];
   }
   const double asked = options.min_separation;
-  const double room = testing::room_of(features, Rounding::kFloat64);
-  const StartGap start = start_gap(features, asked + 2 * room);
-  const Verdict verdict = testing::with_room(
-      asked, room, false, start, options.tolerance,
-      [&](double separation, double tolerance) {
-        options.min_separation = separation;
-        options.tolerance = tolerance;
-        const std::optional<PairContact> contact = test_pair(pair, options).value();
-        return contact ? Verdict{true, contact->status, contact->toi} : Verdict{};
-      },
-      [&](double separation, double tolerance) {
-        return testing::comes_within(features, options.tier, separation, tolerance);
-      });
+  const auto test = [&](double separation) {
+    options.min_separation = separation;
+    const std::optional<PairContact> contact = test_pair(pair, options).value();
+    return contact ? Verdict{true, contact->status, contact->toi} : Verdict{};
+  };
+  const double rounding = testing::room_of(features, Rounding::kFloat64);
+  const Verdict verdict =
+      testing::with_room(asked, false, testing::lines_in_room(features, rounding, true, asked, test));
   return verdict.contact ? std::optional(PairContact{verdict.status, verdict.toi}) : std::nullopt;
 }
 

@@ -118,6 +118,11 @@ TEST(PartWay, NoCommitOfWhatMaxStepAllowsTakesAnythingThrough) {
               // Less of its distance than that: the room is what counts.
               Collider kept = collider_of(passing.scene, passing.start, tier);
               ASSERT_FALSE(max_step_takes_through(kept, frame, share, rounding, {.keep_distance = 1e-9}));
+              // With overlaps left out: nothing overlaps at first.
+              Collider left_out = collider_of(passing.scene, passing.start, tier);
+              ASSERT_FALSE(is_taken_through(left_out, frame, share, rounding, [&](const Frame& to) {
+                return left_out.max_step(to, true, {}, nullptr, rounding).value().fraction;
+              }));
               // A trial leaves none.
               Collider other = collider_of(passing.scene, passing.start, tier);
               by_trials += is_taken_through(other, frame, share, rounding, [&](const Frame& to) {

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kinds of pairs that WithRoom asks: what moves along lines, along arcs, and vertices and half-spaces.
+// Each by an elementary test of the question's tier, `test`, and by tests that do not depend on the tier.
+// Used by one thread at a time.
+#pragma once
+
+#include "engine/elementary/start_gap.h"
+#include "engine/elementary/turning.h"
+#include "engine/narrow_phase/with_room.h"
+
+namespace warmfront {
+
+/// What no rule needs to know of its kind. `rests`: nothing of it moves. `by_itself`: see
+/// CommitRoom::by_themselves().
+struct RoomPairState {
+  bool rests = false;
+  bool by_itself = false;
+  double most = 0;  ///< what its least distance need not be above
+  ElementaryCounts& counts;
+};
+
+template <class Test>
+class LinesInRoom {
+ public:
+  LinesInRoom(const FeatureVertices& features, const RoomPairState& state, Test& test)
+      : features_(features), state_(state), test_(test) {}
+
+  Verdict test(const PairAsked& asked) { return test_(asked); }
+  StartGap start() const { return start_gap(features_, state_.most); }
+  bool rests() const { return state_.rests; }
+  bool starts_within(double separation) {
+    return warmfront::starts_within(features_, separation, state_.counts.exact_tests);
+  }
+  bool keeps_its_side() const { return state_.by_itself && warmfront::keeps_its_side(features_); }
+  bool comes_within(double separation) {
+    return warmfront::comes_within(features_, separation, state_.counts.exact_tests);
+  }
+
+ private:
+  const FeatureVertices& features_;
+  RoomPairState state_;
+  Test& test_;
+};
+
+/// How finely arcs are cut, of their pair's size, to tell whether they come nearer than they start.
+inline constexpr double kFineArcs = 0x1p-40;
+
+template <class Test>
+class ArcsInRoom {
+ public:
+  ArcsInRoom(const TurningPair& pair, const RoomPairState& state, Test& test)
+      : pair_(pair), state_(state), test_(test) {}
+
+  Verdict test(const PairAsked& asked) { return test_(asked); }
+  StartGap start() const { return start_gap(pair_.features, state_.most); }
+  bool rests() const { return state_.rests; }
+  bool starts_within(double separation) {
+    return warmfront::starts_within(pair_.features, separation, state_.counts.exact_tests);
+  }
+  bool keeps_its_side() const { return false; }
+  bool comes_within(double separation) const {
+    return turning_test(pair_, {.tolerance = kFineArcs, .min_separation = separation}).contact;
+  }
+
+ private:
+  const TurningPair& pair_;
+  RoomPairState state_;
+  Test& test_;
+};
+
+template <class Test>
+class HalfSpaceInRoom {
+ public:
+  HalfSpaceInRoom(const VertexMotion& vertex, const Twist* twist, const HalfSpaceMotion& half_space,
+                  const RoomPairState& state, Test& test)
+      : vertex_(vertex), twist_(twist), half_space_(half_space), state_(state), test_(test) {}
+
+  Verdict test(const PairAsked& asked) { return test_(asked); }
+  StartGap start() const { return start_gap(vertex_, half_space_); }
+  bool rests() const { return state_.rests; }
+  bool starts_within(double separation) {
+    return warmfront::starts_within(vertex_, half_space_, separation, state_.counts.exact_tests);
+  }
+  bool keeps_its_side() const { return state_.by_itself && warmfront::keeps_its_side(vertex_, half_space_); }
+  bool comes_within(double separation) {
+    if (twist_ == nullptr)
+      return warmfront::comes_within(vertex_, half_space_, separation, state_.counts.exact_tests);
+    const ElementaryOptions fine{.tolerance = kFineArcs, .min_separation = separation};
+    return turning_half_space_test(vertex_, *twist_, half_space_, fine, state_.counts).contact;
+  }
+
+ private:
+  const VertexMotion& vertex_;
+  const Twist* twist_;
+  const HalfSpaceMotion& half_space_;
+  RoomPairState state_;
+  Test& test_;
+};
+
+}  // namespace warmfront
