@@ -292,6 +292,13 @@ void RigidParts::lose_track(std::span<const std::uint8_t> marked) noexcept {
   }
 }
 
+void RigidParts::lose_rounded(const SceneMotion& motion) noexcept {
+  const std::size_t parts = std::min<std::size_t>(parts_.size(), motion.part_count());
+  for (std::uint32_t p = 0; p < parts; ++p) {
+    if ((motion.state(PartId{p}) & kMoving) != 0 || motion.turns(PartId{p})) parts_[p].rigid = false;
+  }
+}
+
 void RigidParts::undo() noexcept {
   for (Part& part : parts_) {
     part.follows = false;

@@ -81,6 +81,8 @@ class RigidParts {
   void lose_track() noexcept;
   /// The same, and the parts that are marked, by part, were put elsewhere.
   void lose_track(std::span<const std::uint8_t> marked) noexcept;
+  /// What moves in the motion that was begun is to be rounded, and so may come nearer to itself.
+  void lose_rounded(const SceneMotion& motion) noexcept;
 
   /// Needs the part no test against itself in this step?
   bool rigid(PartId part) const { return number_of(part) < parts_.size() && parts_[number_of(part)].rigid; }

@@ -34,13 +34,22 @@ void PartTrees<Bounds>::shorten(const Core& core, double fraction, bool beside, 
     return length > 0 ? travel::units(static_cast<float>(std::min(length, 0x1p100) * (1 + 0x1p-20))) : 0U;
   };
   for (std::uint32_t p = 0; p < trees_.size(); ++p) {
-    if (waits(PartId{p}) || (states_[p] & kMoving) == 0) continue;
+    const bool moves = (states_[p] & kMoving) != 0;
+    // What goes from pose to pose is rounded, also where both put every vertex where it is.
+    if (waits(PartId{p}) || !(moves || core.motion.turns(PartId{p}))) continue;
     TreeTravel& travel = trees_[p].travel;
     const std::uint32_t slack = beside ? std::min(2 * travel.slack, travel::kMost) : travel.slack;
     const std::uint32_t more = slack + units(core.arcs.most_of(PartId{p})) +
                                units(most_commit_room(rounding, core.motion, core.model, PartId{p}));
-    shorten_all(travel.base_nodes, travel.nodes, more);
-    shorten_all(travel.base_blocks, travel.blocks, more);
+    if (moves) {
+      shorten_all(travel.base_nodes, travel.nodes, more);
+      shorten_all(travel.base_blocks, travel.blocks, more);
+    } else {
+      for (auto* const all : {&travel.nodes, &travel.blocks}) {
+        for (NodeTravel& of : *all) of.wandered += std::min(more, travel::kMost);
+      }
+      bases_[p].left = true;
+    }
     refit_in_[p] = step_ - 1;  // bounds at t = 1 are not those of where it is
   }
 }

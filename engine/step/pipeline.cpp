@@ -121,6 +121,7 @@ void PipelineWith<Bounds>::commit(Core& core, double fraction, Rounding rounding
     trees_.go_back();
   else if (!whole)
     trees_.shorten(core, of_longest, beside, rounding);
+  if (fraction != 0 && (fraction != 1 || beside)) core.rigid_parts.lose_rounded(core.motion);
   core.motion.commit_trial(fraction, rounding == Rounding::kFloat32, core.arcs);
   if (fraction == 0) {
     // What was granted there holds, and so does what was granted at the base.
