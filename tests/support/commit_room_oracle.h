@@ -61,7 +61,7 @@ inline double room_of(const VertexMotion& vertex, const HalfSpaceMotion& half_sp
   for (const auto& at : half_space.point) {
     for (const double x : at) point = std::max(point, std::abs(x));
   }
-  const auto& [share, translation] = of_half_space;
+  const double share = of_half_space.share, translation = of_half_space.translation;
   const double least = rounding == Rounding::kFloat32 ? 0x1p-148 : 0x1p-1070;
   const auto of = [&](double x) { return share * 3 * translation + share * 2 * x; };
   return own + (of(size) + of(point) + least);
