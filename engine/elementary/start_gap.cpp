@@ -123,24 +123,18 @@ StartGap start_gap(const VertexMotion& vertex, const HalfSpaceMotion& half_space
   return {half_space_distance(vertex, half_space, Instant::kStart), pair_size(vertex, half_space)};
 }
 
-bool starts_within(const FeatureVertices& features, double separation, std::uint64_t& exact_tests) {
-  ElementaryCounts counts;
+bool starts_within(const FeatureVertices& features, double separation, ElementaryCounts& counts) {
   const ElementaryOptions exact{.tier = Tier::kExact, .min_separation = separation};
-  const bool within = proximity_test(features, Instant::kStart, exact, counts).contact;
-  exact_tests += counts.exact_tests;
-  return within;
+  return proximity_test(features, Instant::kStart, exact, counts).contact;
 }
 
 bool starts_within(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation,
-                   std::uint64_t& exact_tests) {
-  ElementaryCounts counts;
+                   ElementaryCounts& counts) {
   const ElementaryOptions exact{.tier = Tier::kExact, .min_separation = separation};
-  const bool within = half_space_proximity(vertex, half_space, Instant::kStart, exact, counts).contact;
-  exact_tests += counts.exact_tests;
-  return within;
+  return half_space_proximity(vertex, half_space, Instant::kStart, exact, counts).contact;
 }
 
-bool comes_within(const FeatureVertices& features, double separation, std::uint64_t& exact_tests) {
+bool comes_within(const FeatureVertices& features, double separation, ElementaryCounts& counts) {
   const Query query = Query::prepare(features, separation);
   if (query.size == 0) return true;
   const SeparatedTimes separated = separated_times(query, start_direction(query));
@@ -148,20 +142,13 @@ bool comes_within(const FeatureVertices& features, double separation, std::uint6
   for (const double t : {1.0, 0.5, 0.25, 0.125}) {
     if (distance_above(closest_direction(query, t)) <= query.separation * (1 - 0x1p-48)) return true;
   }
-  ElementaryCounts counts;
-  const bool comes =
-      elementary_test(features, {.tier = Tier::kExact, .min_separation = separation}, counts).contact;
-  exact_tests += counts.exact_tests;
-  return comes;
+  return elementary_test(features, {.tier = Tier::kExact, .min_separation = separation}, counts).contact;
 }
 
 bool comes_within(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation,
-                  std::uint64_t& exact_tests) {
-  ElementaryCounts counts;
+                  ElementaryCounts& counts) {
   const ElementaryOptions exact{.tier = Tier::kExact, .min_separation = separation};
-  const bool comes = half_space_test(vertex, half_space, exact, counts).contact;
-  exact_tests += counts.exact_tests;
-  return comes;
+  return half_space_test(vertex, half_space, exact, counts).contact;
 }
 
 bool keeps_its_side(const FeatureVertices& features) {

@@ -3,8 +3,7 @@
 // from any thread in the default floating-point environment (Workers checks it).
 #pragma once
 
-#include <cstdint>
-
+#include "engine/elementary/elementary_test.h"
 #include "engine/elementary/half_space.h"
 #include "engine/elementary/query.h"
 
@@ -30,18 +29,18 @@ StartGap start_gap(const FeatureVertices& features, double most);
 StartGap start_gap(const VertexMotion& vertex, const HalfSpaceMotion& half_space);
 
 /// Are they within `separation` (>= 0) at t = 0? By exact arithmetic.
-bool starts_within(const FeatureVertices& features, double separation, std::uint64_t& exact_tests);
+bool starts_within(const FeatureVertices& features, double separation, ElementaryCounts& counts);
 bool starts_within(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation,
-                   std::uint64_t& exact_tests);
+                   ElementaryCounts& counts);
 
 /// Do they come within `separation` (>= 0) at any time, as the exact tier decides? What the direction between
 /// the closest points at t = 0 keeps apart, as where they move apart or along, needs no search, and neither
 /// does what is nearer at one of a few times. Where they are near beside their size, doubles know that
 /// direction better by the features that the points are on than by the points, as of which the elementary
 /// tests look for it.
-bool comes_within(const FeatureVertices& features, double separation, std::uint64_t& exact_tests);
+bool comes_within(const FeatureVertices& features, double separation, ElementaryCounts& counts);
 bool comes_within(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation,
-                  std::uint64_t& exact_tests);
+                  ElementaryCounts& counts);
 
 /// Does that direction separate the boxes that the motions of the vertices are in, each from its start to its
 /// end? Then it separates the primitives wherever in its box each vertex is: so whatever rounding a commit

@@ -60,7 +60,7 @@ struct NarrowPhaseInput {
   /// nearer. Written by all threads, each number atomically.
   std::span<double> vertex_distances = {};
   bool half_spaces = false;  ///< are there any?
-  /// Where it is asked for, how near pairs may come goes by it: with_room().
+  /// Where it is asked for, how near pairs may come goes by it: WithRoom.
   const CommitRoom* room = nullptr;
 
   /// Pairs and kept contacts that are noted, by each thread and in all; where there are more, test_met() does

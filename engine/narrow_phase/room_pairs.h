@@ -29,11 +29,11 @@ class LinesInRoom {
   StartGap start() const { return start_gap(features_, state_.most); }
   bool rests() const { return state_.rests; }
   bool starts_within(double separation) {
-    return warmfront::starts_within(features_, separation, state_.counts.exact_tests);
+    return warmfront::starts_within(features_, separation, state_.counts);
   }
   bool keeps_its_side() const { return state_.by_itself && warmfront::keeps_its_side(features_); }
   bool comes_within(double separation) {
-    return warmfront::comes_within(features_, separation, state_.counts.exact_tests);
+    return warmfront::comes_within(features_, separation, state_.counts);
   }
 
  private:
@@ -55,7 +55,7 @@ class ArcsInRoom {
   StartGap start() const { return start_gap(pair_.features, state_.most); }
   bool rests() const { return state_.rests; }
   bool starts_within(double separation) {
-    return warmfront::starts_within(pair_.features, separation, state_.counts.exact_tests);
+    return warmfront::starts_within(pair_.features, separation, state_.counts);
   }
   bool keeps_its_side() const { return false; }
   bool comes_within(double separation) const {
@@ -79,12 +79,11 @@ class HalfSpaceInRoom {
   StartGap start() const { return start_gap(vertex_, half_space_); }
   bool rests() const { return state_.rests; }
   bool starts_within(double separation) {
-    return warmfront::starts_within(vertex_, half_space_, separation, state_.counts.exact_tests);
+    return warmfront::starts_within(vertex_, half_space_, separation, state_.counts);
   }
   bool keeps_its_side() const { return state_.by_itself && warmfront::keeps_its_side(vertex_, half_space_); }
   bool comes_within(double separation) {
-    if (twist_ == nullptr)
-      return warmfront::comes_within(vertex_, half_space_, separation, state_.counts.exact_tests);
+    if (twist_ == nullptr) return warmfront::comes_within(vertex_, half_space_, separation, state_.counts);
     const ElementaryOptions fine{.tolerance = kFineArcs, .min_separation = separation};
     return turning_half_space_test(vertex_, *twist_, half_space_, fine, state_.counts).contact;
   }

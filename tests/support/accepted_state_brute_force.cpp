@@ -261,7 +261,7 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
                                  rounds_to_its_kind(vertex, rounding) && keeps_its_side(vertex, half_space);
         in_room.test = test_by;
         in_room.starts_within = [&](double within) {
-          return starts_within(vertex, half_space, within, counts.exact_tests);
+          return starts_within(vertex, half_space, within, counts);
         };
         in_room.comes_within = [&](double within) {
           const ElementaryOptions fine{.tier = twist != nullptr ? Tier::kCertified : Tier::kExact,

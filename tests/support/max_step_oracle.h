@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <functional>
 #include <utility>
 
@@ -19,7 +18,7 @@ namespace warmfront::testing {
 /// A pair of which every vertex is rounded by itself, or not, so that it is `rounding` nearer at most.
 inline RoomOracle lines_in_room(const FeatureVertices& features, double rounding, bool by_itself,
                                 double asked, std::function<Verdict(double)> test) {
-  static thread_local std::uint64_t exact_tests = 0;
+  static thread_local ElementaryCounts counts;
   RoomOracle pair;
   pair.size = pair_size(features);
   pair.rounding = rounding;
@@ -27,8 +26,8 @@ inline RoomOracle lines_in_room(const FeatureVertices& features, double rounding
   pair.start = start_gap(features, asked + 2 * room);
   pair.keeps_its_side = by_itself && keeps_its_side(features);
   pair.test = std::move(test);
-  pair.starts_within = [features](double within) { return starts_within(features, within, exact_tests); };
-  pair.comes_within = [features](double within) { return comes_within(features, within, exact_tests); };
+  pair.starts_within = [features](double within) { return starts_within(features, within, counts); };
+  pair.comes_within = [features](double within) { return comes_within(features, within, counts); };
   return pair;
 }
 

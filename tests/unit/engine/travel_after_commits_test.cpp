@@ -150,16 +150,20 @@ TEST(TravelAfterCommits, WhereTheSceneIsFarFromWhereItWasMade) {
   EXPECT_GT(found, 1000U);
 }
 
+// Two grids, one after the other.
+SceneDescription two_layers(int side) {
+  const auto of_one = (side + 1) * (side + 1);
+  SceneDescription scene{2 * static_cast<std::uint32_t>(of_one), testing::grid(side), {}};
+  for (const auto& face : testing::grid(side))
+    scene.faces.push_back({face[0] + of_one, face[1] + of_one, face[2] + of_one});
+  return scene;
+}
+
 // A commit that rounds to float32 puts vertices beside their way by what is much in a scene far from the
 // origin.
 TEST(TravelAfterCommits, OfFloat32FarFromTheOrigin) {
   constexpr int kSide = 12;
-  constexpr std::uint32_t kVertices = (kSide + 1) * (kSide + 1);
-  SceneDescription scene{2 * kVertices, testing::grid(kSide), {}};
-  for (const auto& face : testing::grid(kSide)) {
-    const auto shift = static_cast<std::int32_t>(kVertices);
-    scene.faces.push_back({face[0] + shift, face[1] + shift, face[2] + shift});
-  }
+  SceneDescription scene = two_layers(kSide);
   std::size_t found = 0;
   for (const double far : {1e3, 1e5, 1e6}) {
     for (unsigned seed = 0; seed < 60; ++seed) {
@@ -194,11 +198,8 @@ TEST(TravelAfterCommits, OfWhatMovedRigidly) {
   constexpr int kSide = 6;
   constexpr double kFar = 3e6;
   constexpr std::uint32_t kVertices = (kSide + 1) * (kSide + 1);
-  SceneDescription scene{2 * kVertices + 3, testing::grid(kSide), {}};
-  for (const auto& face : testing::grid(kSide)) {
-    const auto shift = static_cast<std::int32_t>(kVertices);
-    scene.faces.push_back({face[0] + shift, face[1] + shift, face[2] + shift});
-  }
+  SceneDescription scene = two_layers(kSide);
+  scene.vertex_count += 3;
   const auto last = static_cast<std::int32_t>(2 * kVertices);
   scene.faces.push_back({last, last + 1, last + 2});
   scene.bodies = {{"", 0, 2 * kVertices}, {"", 2 * kVertices, 3}};
@@ -239,11 +240,7 @@ TEST(TravelAfterCommits, OfAPoseThatMovesNothing) {
   constexpr int kSide = 4;
   constexpr double kFar = 1e5;
   constexpr std::uint32_t kVertices = (kSide + 1) * (kSide + 1);
-  SceneDescription scene{2 * kVertices, testing::grid(kSide), {}};
-  for (const auto& face : testing::grid(kSide)) {
-    const auto shift = static_cast<std::int32_t>(kVertices);
-    scene.faces.push_back({face[0] + shift, face[1] + shift, face[2] + shift});
-  }
+  SceneDescription scene = two_layers(kSide);
   scene.bodies = {{"", 0, kVertices}, {"", kVertices, kVertices, BodyKind::kRigid}};
   std::size_t found = 0;
   for (unsigned seed = 0; seed < 400; ++seed) {
