@@ -254,7 +254,7 @@ bool PartTrees<Bounds>::wait(Core& core, PartId part, ApartParts* apart, bool re
   } else if (motion.unplaced(part)) {
     states_[number_of(part)] = motion.state(part) | unseen(part);
     const SceneMotion::Ball ball = motion.ball(part);
-    roots_[number_of(part)] = root(ball.centre, ball.radius);
+    if (states_[number_of(part)] != 0 || rebuild) roots_[number_of(part)] = root(ball.centre, ball.radius);
   } else {
     return false;
   }

@@ -83,9 +83,10 @@ class PartTrees {
   /// parts.
   Refit<Bounds> begin_refit(Core& core, PartId part, StopSignal stop);
   void finish_refit(PartId part, const Refit<Bounds>& refit);
-  /// The part's root is that of its hierarchy, which was refit.
-  void take_root(const Core& core, PartId part) {
-    if (trees_[number_of(part)].nodes.empty()) return;
+  /// The part's root is that of its hierarchy, which was refit. Of what is stationary the one stays by which
+  /// others were found near it or not, unless `rebuild`: this one may be looser.
+  void take_root(const Core& core, PartId part, bool rebuild) {
+    if (trees_[number_of(part)].nodes.empty() || (states_[number_of(part)] == 0 && !rebuild)) return;
     roots_[number_of(part)] = thickened(trees_[number_of(part)].nodes[0], core.motion.vertices().frame(),
                                         held_separation(core, part));
   }

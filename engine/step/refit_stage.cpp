@@ -14,7 +14,7 @@ void RefitStage<Bounds>::refit_placed(ApartParts* apart, bool rebuild) {
       stop_.check();
       if (trees_.wait(core_, part, apart, rebuild)) continue;
       refit(part);
-      trees_.take_root(core_, part);
+      trees_.take_root(core_, part, rebuild);
     }
   });
   trees_.all_placed();

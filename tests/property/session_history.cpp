@@ -25,10 +25,11 @@ const auto installed = std::set_terminate(tell_and_end);
 
 }  // namespace
 
-History::History(std::uint64_t seed, std::shared_ptr<Workers> workers)
+History::History(std::uint64_t seed, std::shared_ptr<Workers> workers, Scenes scenes)
     : workers_(std::move(workers)),
+      scenes_(scenes),
       draws_(seed),
-      state_(draw_any_state(draws_)),
+      state_(scenes == Scenes::kLarge ? draw_any_large_state(draws_) : draw_any_state(draws_)),
       options_(in_tier_of(state_, draw_options(draws_, state_.unit))),
       collider_(std::make_unique<Collider>(state_.fresh(options_, workers_))) {
   now_trying = "a history of seed " + std::to_string(seed) + ":";
@@ -45,9 +46,21 @@ void History::end() {
 
 // The answer that an operation must get when it meets no fault.
 Outcome History::right(const Operation& operation) const {
+  if (scenes_ == Scenes::kLarge) return by_a_fresh_one(operation);
   if (const auto* near = std::get_if<NearOperation>(&operation)) return state_.brute_force(*near, options_);
   const auto* step = std::get_if<StepOperation>(&operation);
   return step == nullptr ? Outcome{} : state_.brute_force(*step, options_);
+}
+
+Outcome History::by_a_fresh_one(const Operation& operation) const {
+  const auto* near = std::get_if<NearOperation>(&operation);
+  if (near == nullptr && !std::holds_alternative<StepOperation>(operation)) return {};
+  ColliderOptions options = options_;
+  options.front = FrontMode::kNone;
+  options.find_bodies = options.find_rigid = options.separate_parts = false;
+  Collider fresh = state_.fresh(options, workers_);
+  if (near != nullptr && near->where == Where::kTrialEnd) carry_out(fresh, *state_.trial);
+  return carry_out(fresh, operation);
 }
 
 void History::carry(const Operation& operation, const Fault& fault) {

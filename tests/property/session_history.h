@@ -16,7 +16,9 @@ namespace warmfront::testing {
 
 class History {
  public:
-  History(std::uint64_t seed, std::shared_ptr<Workers> workers);
+  /// Small scenes are compared with brute force, large ones with a collider that keeps nothing.
+  enum class Scenes : std::uint8_t { kSmall, kLarge };
+  History(std::uint64_t seed, std::shared_ptr<Workers> workers, Scenes scenes = Scenes::kSmall);
   void take(const Command& command);
   /// A session is charged memory_bytes(): no less than what the allocator holds for it.
   void end();
@@ -27,6 +29,7 @@ class History {
   CommitOperation draw_commit(Draws& draws) const;
   void line_search(Draws& draws, const Fault& fault);
   Outcome right(const Operation& operation) const;
+  Outcome by_a_fresh_one(const Operation& operation) const;
   void carry(const Operation& operation, const Fault& fault);
   void accept(const Operation& operation);
   void change_options(Draws& draws, const Fault& fault);
@@ -38,6 +41,8 @@ class History {
   void expect_accepted_state(const Operation& after);
   [[noreturn]] static void fail(const Operation& operation, const std::string& what);
   void glide(Draws& draws, const Fault& fault);
+  void journey(Draws& draws, const Fault& fault);
+  void noise(Draws& draws, const Fault& fault);
   void outlier(Draws& draws, const Fault& fault);
   static StepOperation everything(const std::vector<double>& positions);
   bool movable(std::uint32_t vertex) const;
@@ -46,6 +51,8 @@ class History {
   AddOperation wrong_addition(Draws& draws) const;
 
   const std::shared_ptr<Workers> workers_;
+  const Scenes scenes_;
+  const std::size_t most_bodies_ = scenes_ == Scenes::kLarge ? 200 : 8;
   Draws draws_;
   AcceptedState state_;
   ColliderOptions options_;

@@ -9,12 +9,14 @@
 namespace warmfront::testing {
 
 std::ostream& operator<<(std::ostream& out, const Command& command) {
-  constexpr const char* kNames[] = {
-      "frame",          "nothing moves", "glide",        "add",           "change",       "place",
-      "self_check",     "forget",        "resume",       "wrong frame",   "wrong change", "wrong addition",
-      "wrong place",    "outlier",       "trial",        "line search",   "max_step",     "commit",
-      "wrong commit",   "near",          "filters",      "wrong filters", "replace",      "wrong replacement",
-      "excluded pairs", "options",       "wrong options"};
+  constexpr const char* kNames[] = {"frame",          "nothing moves", "glide",         "add",
+                                    "change",         "place",         "self_check",    "forget",
+                                    "resume",         "wrong frame",   "wrong change",  "wrong addition",
+                                    "wrong place",    "outlier",       "trial",         "line search",
+                                    "max_step",       "commit",        "wrong commit",  "near",
+                                    "filters",        "wrong filters", "replace",       "wrong replacement",
+                                    "excluded pairs", "options",       "wrong options", "journey",
+                                    "noise"};
   return out << kNames[command.kind] << " drawn by " << command.draw << ", " << to_string(command.fault)
              << "\n";
 }
@@ -30,6 +32,8 @@ rc::Gen<Command> any_command() {
       rc::gen::map(rc::gen::weightedOneOf<int>({{3, rc::gen::just(int{Command::kFrame})},
                                                 {2, rc::gen::just(int{Command::kLineSearch})},
                                                 {1, rc::gen::just(int{Command::kReplace})},
+                                                {1, rc::gen::just(int{Command::kJourney})},
+                                                {1, rc::gen::just(int{Command::kNoise})},
                                                 {4, rc::gen::inRange<int>(0, Command::kKinds)}}),
                    [](int k) { return static_cast<Command::Kind>(k); });
   return rc::gen::build<Command>(
@@ -41,9 +45,16 @@ rc::Gen<Command> any_command() {
 
 AcceptedState draw_any_state(Draws& draws) {
   AcceptedState state = draw_state(draws);
+  state.travels = !state.may_turn && draws.below(2) == 0;
   if (draws.below(4) != 0) return state;
   return scaled(std::move(state), std::ldexp(1, draws.below(2) == 0 ? 0 : 20 * (draws.below(41) - 20)),
                 draws.below(3) * 1000.0);
+}
+
+AcceptedState draw_any_large_state(Draws& draws) {
+  AcceptedState state = draw_large_state(draws);
+  state.travels = !state.may_turn && draws.below(2) == 0;
+  return state;
 }
 
 ColliderOptions draw_options(Draws& draws, double unit) {
@@ -73,6 +84,7 @@ ColliderOptions draw_options(Draws& draws, double unit) {
 
 ColliderOptions in_tier_of(const AcceptedState& state, ColliderOptions options) {
   if (state.may_turn) options.tier = Tier::kCertified;
+  if (state.travels) options.tier = Tier::kExact;
   return options;
 }
 

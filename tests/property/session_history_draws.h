@@ -43,6 +43,8 @@ struct Command {
     kExcludedPairs,
     kOptions,
     kWrongOptions,
+    kJourney,  // far away, or to another size, and questions there
+    kNoise,    // rounding errors, and what comes of them where commits round
     kKinds
   };
   Kind kind = kFrame;
@@ -55,9 +57,10 @@ rc::Gen<Command> any_command();
 
 /// Most are of a size near 1; some far from the origin, some very small or large.
 AcceptedState draw_any_state(Draws& draws);
+AcceptedState draw_any_large_state(Draws& draws);
 
 ColliderOptions draw_options(Draws& draws, double unit);
-/// Where bodies may turn, no session is of tier exact.
+/// Where bodies may turn, no session is of tier exact; where all may go far, all are.
 ColliderOptions in_tier_of(const AcceptedState& state, ColliderOptions options);
 /// Now and then one that is refused.
 double draw_keep_distance(Draws& draws);

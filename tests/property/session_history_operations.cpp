@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each command comes to.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -56,7 +57,7 @@ void History::take(const Command& command) {
     case Command::kGlide:
       return glide(draws, command.fault);
     case Command::kAdd:
-      if (state_.scene.bodies.empty() || state_.scene.bodies.size() >= 8) return;
+      if (state_.scene.bodies.empty() || state_.scene.bodies.size() >= most_bodies_) return;
       return carry(draw_addition(draws, state_), command.fault);
     case Command::kChange:
       return change(draws, command.fault);
@@ -89,6 +90,10 @@ void History::take(const Command& command) {
     }
     case Command::kOutlier:
       return outlier(draws, command.fault);
+    case Command::kJourney:
+      return journey(draws, command.fault);
+    case Command::kNoise:
+      return noise(draws, command.fault);
     case Command::kKinds:
       break;
   }
@@ -114,7 +119,8 @@ void History::place(Draws& draws, const Fault& fault) {
 
 CommitOperation History::draw_commit(Draws& draws) const {
   const double fraction = std::array{0.0, 1.0, 1.0, 0.5, 0.25, 0.7}[draws.below(6)];
-  const bool single = state_.unit == 1 && draws.below(3) == 0;  // else it may leave float32's range
+  const bool in_range = std::max(state_.unit, std::abs(state_.offset)) < 1e20 && state_.unit > 1e-20;
+  const bool single = in_range && draws.below(3) == 0;  // else it may leave float32's range
   return {fraction, single ? Rounding::kFloat32 : Rounding::kFloat64};
 }
 
@@ -189,6 +195,38 @@ void History::glide(Draws& draws, const Fault& fault) {
     // The fault occurs during the rigid motion, and once more after a long rigid motion.
     carry(step, i + 3 > steps ? fault : Fault{});
   }
+}
+
+// All that may move goes elsewhere, grows or shrinks; from there on, all that is drawn is of that size and
+// place. What is asked there on the way to somewhere else is long beside the scene as it was made.
+void History::journey(Draws& draws, const Fault& fault) {
+  if (!state_.travels) return;
+  const double unit = std::ldexp(state_.unit, draws.below(3) == 0 ? draws.below(16) - 8 : 0);
+  if (unit < 0x1p-300 || unit > 0x1p300) return;
+  const double far = draws.below(3) == 0 ? 0 : std::ldexp(unit, draws.below(27)) * (1 + draws.uniform(0.5));
+  StepOperation there = draw_journey(draws, state_, unit, far);
+  there.as = draws.below(2) == 0 ? StepOperation::As::kStep : StepOperation::As::kTrial;
+  carry(there, fault);
+  if (there.as == StepOperation::As::kTrial && state_.trial && draws.below(2) == 0)
+    return carry(CommitOperation{0.0}, {});
+  there.as = StepOperation::As::kStep;
+  carry(there, {});
+  state_.unit = unit;
+  state_.offset = far;
+  for (int i = draws.below(5); i > 0 && unit > 1e-20 && std::max(unit, std::abs(far)) < 1e20; --i) {
+    StepOperation step = draw_step(draws, state_);
+    step.as = StepOperation::As::kTrial;
+    carry(step, {});
+    if (state_.trial)
+      carry(CommitOperation{std::array{0.25, 0.5, 0.7}[draws.below(3)], Rounding::kFloat32}, {});
+  }
+}
+
+void History::noise(Draws& draws, const Fault& fault) {
+  StepOperation step = draw_noise(draws, state_);
+  step.as = StepOperation::As::kTrial;
+  carry(step, fault);
+  if (state_.trial) carry(draw_commit(draws), {});
 }
 
 void History::outlier(Draws& draws, const Fault& fault) {

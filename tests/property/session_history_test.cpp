@@ -19,7 +19,8 @@ namespace warmfront::testing {
 namespace {
 
 // Runs `histories` histories on `threads` threads.
-void check_histories(const char* name, int threads, int histories) {
+void check_histories(const char* name, int threads, int histories,
+                     History::Scenes scenes = History::Scenes::kSmall) {
   const auto workers = std::make_shared<Workers>(threads);
   rc::detail::TestMetadata metadata;
   metadata.id = metadata.description = name;
@@ -30,7 +31,7 @@ void check_histories(const char* name, int threads, int histories) {
       [&] {
         const auto seed = *rc::gen::inRange<std::uint32_t>(0, 1U << 30);
         const auto all = *rc::gen::resize(20, rc::gen::container<std::vector<Command>>(any_command()));
-        History history(seed, workers);
+        History history(seed, workers, scenes);
         for (const Command& command : all) {
           ++commands;
           history.take(command);
@@ -56,6 +57,10 @@ TEST(SessionHistory, IsWhatItsAcceptedOperationsMakeOfIt) {
 // Which allocation fails then depends on the threads; what follows does not.
 TEST(SessionHistory, IsThatOnTwoThreads) {
   check_histories("two threads", 2, histories() / 4);
+}
+
+TEST(SessionHistory, OfLargeScenesIsThatOnTwoThreads) {
+  check_histories("large scenes", 2, histories() / 20, History::Scenes::kLarge);
 }
 
 }  // namespace

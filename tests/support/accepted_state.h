@@ -32,6 +32,9 @@ struct AcceptedState {
   std::optional<StepOperation> trial;  ///< that may be committed
   /// Bodies that are drawn may move along screws: then no options of a session are of tier exact.
   bool may_turn = false;
+  /// It may go far, and is asked about in tier exact: what tier certified reports beside the contacts there
+  /// depends on how the pairs are found.
+  bool travels = false;
   double unit = 1;                     ///< what is drawn for it is of this size, ...
   double offset = 0;                   ///< ... and near here, on each axis
 
@@ -59,12 +62,19 @@ struct AcceptedState {
 /// A scene of a few small near bodies of all kinds, of a size near 1; occasionally without declared bodies;
 /// in half of all, bodies may move along screws.
 AcceptedState draw_state(Draws& draws);
+/// Layers of cloth, a crowd of small bodies, or a rolled sheet: hundreds to thousands of faces of edges
+/// near 1.
+AcceptedState draw_large_state(Draws& draws);
 /// The state before its first step at another scale and position: `unit` times as large, then moved by
 /// `offset` units along each axis.
 AcceptedState scaled(AcceptedState state, double unit, double offset);
 /// A valid frame: everything, or some bodies by positions, some by poses, some by single vertices;
 /// occasionally empty.
 StepOperation draw_step(Draws& draws, const AcceptedState& state);
+/// A frame that takes all that may move to where it is `unit` large, near `offset` on each axis.
+StepOperation draw_journey(Draws& draws, const AcceptedState& state, double unit, double offset);
+/// A frame that moves what it moves by rounding errors, or by less.
+StepOperation draw_noise(Draws& draws, const AcceptedState& state);
 /// Options of one question; some contradict those of a session in the exact tier.
 QuestionOptions draw_question(Draws& draws, const AcceptedState& state);
 /// Of the base or, sometimes where there is one, of the last trial's end.

@@ -28,36 +28,8 @@ Shape draw_shape(Draws& draws) {
   return shape;
 }
 
-Body draw_body(Draws& draws, std::size_t vertex_count, double unit, bool may_turn) {
-  Body body{"", 0, static_cast<std::uint32_t>(vertex_count), static_cast<BodyKind>(draws.below(3))};
-  body.screw = may_turn && body.kind == BodyKind::kRigid && draws.below(2) == 0;
-  body.self_collision = draws.below(4) != 0;
-  if (draws.below(4) == 0) {
-    body.group = 1U << draws.below(2);
-    body.mask = 1U + static_cast<std::uint32_t>(draws.below(3));
-  }
-  if (draws.below(3) == 0) body.world = static_cast<std::uint32_t>(draws.below(3)) * 7;
-  if (draws.below(4) == 0) body.thickness = 0.02 * (1 + draws.below(5)) * unit;
-  return body;
-}
-
-// Near the middle of the scene, at any slope; some normals are exact, long or short.
-Body draw_half_space(Draws& draws, double unit, double offset) {
-  Body body = draw_body(draws, 0, unit, false);
-  body.kind = draws.below(2) == 0 ? BodyKind::kStatic : BodyKind::kRigid;
-  HalfSpace& half_space = body.half_space.emplace();
-  for (double& x : half_space.point) x = offset + draws.uniform(0.5 * unit);
-  if (draws.below(2) == 0) {
-    half_space.normal[static_cast<std::size_t>(draws.below(3))] = draws.below(2) == 0 ? 1 : -1;
-  } else {
-    const double length = std::ldexp(1.0, draws.below(4) == 0 ? 200 * (draws.below(9) - 4) : 0);
-    for (double& n : half_space.normal) n = draws.uniform(length);
-  }
-  return body;
-}
-
-// A turn about the middle of the scene, and a shift.
-Pose draw_pose(Draws& draws, double step, const AcceptedState& state) {
+// A turn about the middle of the scene, and a shift; of a half-space, about its point and to the middle.
+Pose draw_pose(Draws& draws, double step, const AcceptedState& state, std::uint32_t body) {
   const double angle = draws.below(4) == 0 ? draws.uniform(3)
                        : step == 0         ? draws.uniform(0.1)
                                            : draws.uniform(step / state.unit);
@@ -68,9 +40,12 @@ Pose draw_pose(Draws& draws, double step, const AcceptedState& state) {
   pose.matrix[4 * u + u] = pose.matrix[4 * v + v] = std::cos(angle);
   pose.matrix[4 * u + v] = -std::sin(angle);
   pose.matrix[4 * v + u] = std::sin(angle);
+  std::array<double, 3> about{state.offset, state.offset, state.offset};
+  if (state.scene.bodies[body].half_space) about = state.scene.bodies[body].half_space->point;
   for (int row = 0; row < 3; ++row) {
     double turned = 0;
-    for (int column = 0; column < 3; ++column) turned += pose.matrix[4 * row + column] * state.offset;
+    for (int column = 0; column < 3; ++column)
+      turned += pose.matrix[4 * row + column] * about[static_cast<std::size_t>(column)];
     pose.matrix[4 * row + 3] = state.offset - turned + draws.uniform(step);
   }
   return pose;
@@ -100,6 +75,33 @@ std::vector<double> moved_rows(Draws& draws, const Body& body, const std::vector
 }
 
 }  // namespace
+
+Body draw_body(Draws& draws, std::size_t vertex_count, double unit, bool may_turn) {
+  Body body{"", 0, static_cast<std::uint32_t>(vertex_count), static_cast<BodyKind>(draws.below(3))};
+  body.screw = may_turn && body.kind == BodyKind::kRigid && draws.below(2) == 0;
+  body.self_collision = draws.below(4) != 0;
+  if (draws.below(4) == 0) {
+    body.group = 1U << draws.below(2);
+    body.mask = 1U + static_cast<std::uint32_t>(draws.below(3));
+  }
+  if (draws.below(3) == 0) body.world = static_cast<std::uint32_t>(draws.below(3)) * 7;
+  if (draws.below(4) == 0) body.thickness = 0.02 * (1 + draws.below(5)) * unit;
+  return body;
+}
+
+Body draw_half_space(Draws& draws, double unit, double offset) {
+  Body body = draw_body(draws, 0, unit, false);
+  body.kind = draws.below(2) == 0 ? BodyKind::kStatic : BodyKind::kRigid;
+  HalfSpace& half_space = body.half_space.emplace();
+  for (double& x : half_space.point) x = offset + draws.uniform(0.5 * unit);
+  if (draws.below(2) == 0) {
+    half_space.normal[static_cast<std::size_t>(draws.below(3))] = draws.below(2) == 0 ? 1 : -1;
+  } else {
+    const double length = std::ldexp(1.0, draws.below(4) == 0 ? 200 * (draws.below(9) - 4) : 0);
+    for (double& n : half_space.normal) n = draws.uniform(length);
+  }
+  return body;
+}
 
 AcceptedState draw_state(Draws& draws) {
   SceneDescription scene;
@@ -186,7 +188,7 @@ StepOperation draw_step(Draws& draws, const AcceptedState& state) {
       const std::vector<double> rows = moved_rows(draws, body, state.positions, step);
       std::ranges::copy(rows, operation.all->begin() + first_number(body));
     } else if (body.half_space || (body.kind == BodyKind::kRigid && draws.below(4) != 0)) {
-      operation.poses.push_back({b, draw_pose(draws, step, state)});
+      operation.poses.push_back({b, draw_pose(draws, step, state, b)});
     } else if (body.kind == BodyKind::kRigid || draws.below(2) == 0) {
       operation.bodies.push_back({b, moved_rows(draws, body, state.positions, step)});
     } else {
@@ -199,7 +201,7 @@ StepOperation draw_step(Draws& draws, const AcceptedState& state) {
 QuestionOptions draw_question(Draws& draws, const AcceptedState& state) {
   QuestionOptions options;
   if (draws.below(2) == 0) return options;
-  if (draws.below(3) == 0) options.tier = static_cast<Tier>(draws.below(3));
+  if (!state.travels && draws.below(3) == 0) options.tier = static_cast<Tier>(draws.below(3));
   if (draws.below(4) == 0) options.tolerance = 1e-3;
   if (draws.below(2) == 0)
     options.min_separation = std::array{0.0, 0.02, 0.1, 0.3}[draws.below(4)] * state.unit;
@@ -316,7 +318,7 @@ PlaceOperation draw_place(Draws& draws, const AcceptedState& state) {
   PlaceOperation place;
   for (std::uint32_t b = 0; b < state.scene.bodies.size(); ++b) {
     if (state.scene.bodies[b].kind == BodyKind::kRigid && draws.below(3) != 0)
-      place.poses.push_back({b, draw_pose(draws, 0.5 * state.unit, state)});
+      place.poses.push_back({b, draw_pose(draws, 0.5 * state.unit, state, b)});
   }
   return place;
 }

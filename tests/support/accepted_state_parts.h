@@ -31,6 +31,10 @@ Twists twists_of(const AcceptedState& state, const StepOperation& step);
 std::vector<PosedRounding> posed_by(const AcceptedState& state, const StepOperation& step);
 /// By body: half-spaces on their way from where they are to where a step, if any, takes them.
 std::vector<HalfSpaceMotion> half_spaces_of(const AcceptedState& state, const StepOperation* step);
+/// A body of a scene whose lengths are near `unit`; one that may turn is perhaps a screw's.
+Body draw_body(Draws& draws, std::size_t vertex_count, double unit, bool may_turn);
+/// Near the middle of the scene, at any slope; some normals are exact, long or short.
+Body draw_half_space(Draws& draws, double unit, double offset);
 /// Appends elements that number their own vertices from 0: of vertices to be added.
 void append(const Faces& faces, const Edges& edges, SceneDescription& to);
 

@@ -117,5 +117,47 @@ TEST(Place, ThatIsRefusedOrCancelledLeavesNoTrace) {
   EXPECT_THAT(asked.error().message, HasSubstr("place: it tests nothing, and has no options"));
 }
 
+// Two bodies are put next to each other by poses, far from where they were made, and rest: the first question
+// knows of them by balls around them, and the next by their hierarchies, which are looser there. The pair had
+// no front then, and the self-check said so.
+TEST(Place, OfBodiesThatTouchNearly) {
+  SceneDescription scene{15, {}, {{"", 0, 6, BodyKind::kRigid}, {"", 6, 6, BodyKind::kRigid}, {"", 12, 3}}};
+  for (const int first : {0, 6}) {
+    for (const auto& [a, b, c] : testing::octahedron())
+      scene.faces.push_back({a + first, b + first, c + first});
+  }
+  scene.faces.push_back({12, 13, 14});
+  constexpr double kFar = 4e4;
+  std::vector<double> x;
+  for (const int body : {0, 1}) {
+    for (const double side : {1.0, -1.0}) {
+      for (const int axis : {0, 1, 2})
+        for (const int k : {0, 1, 2}) x.push_back((k == axis ? side : 0) + (k == 0 ? 3 * body : 0));
+    }
+  }
+  x.insert(x.end(), {-1, 0.2, 0.1, 3, 0.2, 0.1, 0.5, 0.3, 3});
+  for (int i = 0; i < 400; ++i) {
+    Collider collider = Collider::create(std::make_shared<const Scene>(Scene::create(scene).value()),
+                                         Doubles(x), {.separate_parts = false}, std::make_shared<Workers>(1))
+                            .value();
+    ASSERT_TRUE(collider.step(Frame{}).ok());
+    std::vector<BodyPose> poses{{0, {}}, {1, {}}};
+    for (BodyPose& pose : poses) pose.pose.matrix[3] = pose.pose.matrix[7] = pose.pose.matrix[11] = kFar;
+    poses[1].pose.matrix[3] += 0.001 * i - 1.1;
+    std::vector<double> triangle(x.end() - 9, x.end());
+    for (double& c : triangle) c += kFar;
+    const BodyPositions third{2, Doubles(triangle)};
+    Frame frame;
+    frame.poses = poses;
+    frame.bodies = {&third, 1};
+    ASSERT_TRUE(collider.place(frame).ok());
+    for (int step = 0; step < 3; ++step) {
+      ASSERT_TRUE(collider.step(Frame{}).ok());
+      const Status sound = collider.self_check();
+      ASSERT_TRUE(sound.ok()) << i << ", " << step << ": " << sound.error().message;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace warmfront
