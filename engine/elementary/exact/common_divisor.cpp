@@ -80,6 +80,22 @@ void make_small(Coefficients& p) {
   for (Big& x : p) x = exact_quotient(x, content);
 }
 
+// A multiple of a polynomial with content, of long numbers, becomes one of short ones: `lead` is a multiple
+// of the leading coefficient of the one without content.
+void shorten(Coefficients& p, const Big& lead) {
+  const Big by = p.back();
+  for (Big& x : p) x = exact_quotient(x * lead, by);
+  make_small(p);
+}
+
+// Of a, b; or one of them, where they are long.
+Big common_lead(const Big& a, const Big& b) {
+  if (a.bits() > Big::kMostDivisorBits) return b;
+  return b.bits() > Big::kMostDivisorBits
+             ? a
+             : odd_divisor(a, b) << std::min(a.trailing_zeros(), b.trailing_zeros());
+}
+
 void normalise(Coefficients& p) {
   while (!p.empty() && p.back().sign() == 0) p.pop_back();
 }
@@ -104,9 +120,11 @@ Big power(const Big& x, int exponent) {
   return result;
 }
 
-// q with a = q b up to a factor; b divides a.
+// q with a = q b up to a factor; b divides a. With b = k c, c without content, a / c is integral, and its
+// leading coefficient divides that of a (Gauss).
 Coefficients quotient(Coefficients a, const Coefficients& b) {
   const Big& lead = b.back();
+  const Big lead_of_a = a.back();
   Coefficients result(a.size() - b.size() + 1, Big(0));
   for (std::size_t left = result.size(); left > 0; --left) {
     const std::size_t shift = left - 1;
@@ -116,7 +134,7 @@ Coefficients quotient(Coefficients a, const Coefficients& b) {
     for (Big& x : a) x = x * lead;
     for (std::size_t i = 0; i < b.size(); ++i) a[i + shift] = a[i + shift] - top * b[i];
   }
-  make_small(result);
+  shorten(result, lead_of_a);
   return result;
 }
 
@@ -130,6 +148,8 @@ Coefficients common_divisor(const Coefficients& p, const Coefficients& q) {
   if (b.size() == 1 || surely_coprime(a, b)) return {Big(1)};
   make_small(a);
   make_small(b);
+  // That of a divisor without content divides both (Gauss).
+  const Big lead = common_lead(a.back(), b.back());
   // The divisors g h^delta and h of Brown and Traub; of either sign, since only divisors are asked for.
   Big g(1);
   Big h(1);
@@ -145,7 +165,7 @@ Coefficients common_divisor(const Coefficients& p, const Coefficients& q) {
     g = a.back();
     if (delta > 0) h = delta == 1 ? g : exact_quotient(power(g, delta), power(h, delta - 1));
   }
-  make_small(b);
+  shorten(b, lead);
   return b;
 }
 
