@@ -43,9 +43,18 @@ rc::Gen<Command> any_command() {
                                                           rc::gen::set(&Fault::n, n))));
 }
 
+namespace {
+
+AcceptedState::Travels draw_travels(Draws& draws, bool may_turn) {
+  const auto travels = static_cast<AcceptedState::Travels>(draws.below(3));
+  return may_turn && travels == AcceptedState::Travels::kMoving ? AcceptedState::Travels::kPlaced : travels;
+}
+
+}  // namespace
+
 AcceptedState draw_any_state(Draws& draws) {
   AcceptedState state = draw_state(draws);
-  state.travels = !state.may_turn && draws.below(2) == 0;
+  state.travels = draw_travels(draws, state.may_turn);
   if (draws.below(4) != 0) return state;
   return scaled(std::move(state), std::ldexp(1, draws.below(2) == 0 ? 0 : 20 * (draws.below(41) - 20)),
                 draws.below(3) * 1000.0);
@@ -53,7 +62,7 @@ AcceptedState draw_any_state(Draws& draws) {
 
 AcceptedState draw_any_large_state(Draws& draws) {
   AcceptedState state = draw_large_state(draws);
-  state.travels = !state.may_turn && draws.below(2) == 0;
+  state.travels = draw_travels(draws, state.may_turn);
   return state;
 }
 
@@ -84,7 +93,7 @@ ColliderOptions draw_options(Draws& draws, double unit) {
 
 ColliderOptions in_tier_of(const AcceptedState& state, ColliderOptions options) {
   if (state.may_turn) options.tier = Tier::kCertified;
-  if (state.travels) options.tier = Tier::kExact;
+  if (state.travels == AcceptedState::Travels::kMoving) options.tier = Tier::kExact;
   return options;
 }
 

@@ -60,7 +60,7 @@ AcceptedState draw_any_state(Draws& draws);
 AcceptedState draw_any_large_state(Draws& draws);
 
 ColliderOptions draw_options(Draws& draws, double unit);
-/// Where bodies may turn, no session is of tier exact; where all may go far, all are.
+/// Where bodies may turn, no session is of tier exact; where all may move far, all are.
 ColliderOptions in_tier_of(const AcceptedState& state, ColliderOptions options);
 /// Now and then one that is refused.
 double draw_keep_distance(Draws& draws);

@@ -200,16 +200,19 @@ void History::glide(Draws& draws, const Fault& fault) {
 // All that may move goes elsewhere, grows or shrinks; from there on, all that is drawn is of that size and
 // place. What is asked there on the way to somewhere else is long beside the scene as it was made.
 void History::journey(Draws& draws, const Fault& fault) {
-  if (!state_.travels) return;
+  if (state_.travels == AcceptedState::Travels::kNot) return;
   const double unit = std::ldexp(state_.unit, draws.below(3) == 0 ? draws.below(16) - 8 : 0);
   if (unit < 0x1p-300 || unit > 0x1p300) return;
   const double far = draws.below(3) == 0 ? 0 : std::ldexp(unit, draws.below(27)) * (1 + draws.uniform(0.5));
   StepOperation there = draw_journey(draws, state_, unit, far);
-  there.as = draws.below(2) == 0 ? StepOperation::As::kStep : StepOperation::As::kTrial;
+  const bool moves = state_.travels == AcceptedState::Travels::kMoving;
+  there.as = !moves                ? StepOperation::As::kPlace
+             : draws.below(2) == 0 ? StepOperation::As::kStep
+                                   : StepOperation::As::kTrial;
   carry(there, fault);
   if (there.as == StepOperation::As::kTrial && state_.trial && draws.below(2) == 0)
     return carry(CommitOperation{0.0}, {});
-  there.as = StepOperation::As::kStep;
+  if (moves) there.as = StepOperation::As::kStep;
   carry(there, {});
   state_.unit = unit;
   state_.offset = far;

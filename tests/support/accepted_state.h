@@ -32,9 +32,11 @@ struct AcceptedState {
   std::optional<StepOperation> trial;  ///< that may be committed
   /// Bodies that are drawn may move along screws: then no options of a session are of tier exact.
   bool may_turn = false;
-  /// It may go far, and is asked about in tier exact: what tier certified reports beside the contacts there
-  /// depends on how the pairs are found.
-  bool travels = false;
+  /// How it may go far, if at all: all is placed there, or moves, with questions on the way. These are of
+  /// tier exact: on motions of 1e5 scenes, what certified reports beside contacts depends on how pairs are
+  /// found.
+  enum class Travels : std::uint8_t { kNot, kPlaced, kMoving };
+  Travels travels = Travels::kNot;
   double unit = 1;                     ///< what is drawn for it is of this size, ...
   double offset = 0;                   ///< ... and near here, on each axis
 

@@ -201,7 +201,8 @@ StepOperation draw_step(Draws& draws, const AcceptedState& state) {
 QuestionOptions draw_question(Draws& draws, const AcceptedState& state) {
   QuestionOptions options;
   if (draws.below(2) == 0) return options;
-  if (!state.travels && draws.below(3) == 0) options.tier = static_cast<Tier>(draws.below(3));
+  if (state.travels != AcceptedState::Travels::kMoving && draws.below(3) == 0)
+    options.tier = static_cast<Tier>(draws.below(3));
   if (draws.below(4) == 0) options.tolerance = 1e-3;
   if (draws.below(2) == 0)
     options.min_separation = std::array{0.0, 0.02, 0.1, 0.3}[draws.below(4)] * state.unit;
