@@ -18,8 +18,8 @@ constexpr std::string_view kNoTrial =
     "no trial was answered since the last step, commit, change of the scene or request that failed; ask for "
     "a trial or max_step first";
 
-Status check_frame(Core& core, const Frame& frame, StopSignal stop) {
-  return core.motion.check(*core.scene, frame, stop, PoseCheck::kRigid, core.workers.get());
+Status check_frame(Core& core, const Frame& frame, StopSignal stop, PoseCheck poses = PoseCheck::kRigid) {
+  return core.motion.check(*core.scene, frame, stop, poses, core.workers.get());
 }
 
 }  // namespace
@@ -210,7 +210,8 @@ Result<StepResult> Collider::Impl::place(const Frame& frame, const Question& que
                                          const AcceptStep& accept) {
   Asking asking(*this);
   if (Status status = validate(question.kind, question.options); !status) return status.error();
-  if (Status status = check_frame(warm.core, frame, stop); !status) return status.error();
+  if (Status status = check_frame(warm.core, frame, stop, PoseCheck::kPartWay); !status)
+    return status.error();
   StepResult result;
   result.statistics.bounds = warm.pipeline->bounds();
   if (Status placed = warm.pipeline->place(warm.core, frame, stop, result, accept); !placed)

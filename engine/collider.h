@@ -118,7 +118,8 @@ class Collider {
 
   /// Puts everything where the frame says, or what it gives where it says, without a motion: nothing is
   /// tested between before and after, and the next step, trial or question is about the new state. For resets
-  /// and teleports. Frames as of step(), and its errors and exceptions, after which nothing has changed.
+  /// and teleports. Frames as of step(), where poses may also be part of the way from one to another, as a
+  /// commit leaves them; and its errors and exceptions, after which nothing has changed.
   /// Bodies keep their hierarchies; what the front has of bodies that moved is built again, by the next
   /// question that needs it.
   Status place(const Frame& frame, const std::atomic<bool>* cancelled = nullptr,

@@ -238,11 +238,14 @@ std::vector<BodyPose> SceneMotion::poses() const {
   std::vector<BodyPose> poses;
   for (std::uint32_t p = 0; p < part_count(); ++p) {
     const Part& part = parts_[p];
-    if (!part.rigid()) continue;
-    const auto* at = std::get_if<AtPose>(trial_ ? &part.start : &part.now);
-    poses.push_back({p, at == nullptr ? Pose{} : at->pose});
+    if (part.rigid()) poses.push_back({p, pose_at_base(part)});
   }
   return poses;
+}
+
+Pose SceneMotion::pose_at_base(const Part& part) const {
+  const auto* at = std::get_if<AtPose>(trial_ ? &part.start : &part.now);
+  return at == nullptr ? Pose{} : at->pose;
 }
 
 std::size_t SceneMotion::memory_bytes() const {

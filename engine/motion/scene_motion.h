@@ -222,6 +222,8 @@ class SceneMotion {
   void take_magnitude();
   static bool turns(const Part& part);
   static Pose pose_at_start(const Part& part);
+  // Where the next motion begins.
+  Pose pose_at_base(const Part& part) const;
   Status check_whole(const Scene& scene, const Positions& positions, StopSignal stop, Workers* workers) const;
   Status check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses,
                      Workers* workers);

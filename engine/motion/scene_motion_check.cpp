@@ -129,6 +129,8 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     if (scene.bodies()[index].kind != BodyKind::kRigid)
       return invalid_argument(where + ": " + in_words(index, scene.bodies()[index]) +
                               " is not rigid; give its positions, or make it rigid first");
+    // What a commit left part of the way between two poses may stay there.
+    if (frame.poses[i].pose == pose_at_base(parts_[index])) continue;
     if (Status status = check_pose(frame.poses[i].pose, "pose", poses); !status)
       return of_body(where, index, scene.bodies()[index], status.error());
   }

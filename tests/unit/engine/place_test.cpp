@@ -117,6 +117,43 @@ TEST(Place, ThatIsRefusedOrCancelledLeavesNoTrace) {
   EXPECT_THAT(asked.error().message, HasSubstr("place: it tests nothing, and has no options"));
 }
 
+// A commit of a part of a line from pose to pose leaves a matrix that is no rotation: it may be given again
+// where the body is, and places another session's.
+TEST(Place, AtWhatACommitLeft) {
+  SceneDescription scene{7, {{0, 1, 2}, {3, 4, 5}, {4, 5, 6}}, {{"", 0, 3}, {"", 3, 4, BodyKind::kRigid}}};
+  const std::vector<double> x{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 2};
+  const auto make = [&] {
+    return Collider::create(std::make_shared<const Scene>(Scene::create(scene).value()), Doubles(x), {},
+                            std::make_shared<Workers>(1))
+        .value();
+  };
+  Collider collider = make();
+  BodyPose turned{1, {{0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0}}};
+  Frame frame;
+  frame.poses = {&turned, 1};
+  ASSERT_TRUE(collider.trial(frame).ok());
+  ASSERT_TRUE(collider.commit(0.5).ok());
+  BodyPose left = collider.poses().at(0);
+  Frame again;
+  again.poses = {&left, 1};
+  EXPECT_EQ(collider.step(again).value().statistics.counts.vertices_moved, 0U);
+  ASSERT_TRUE(collider.trial(frame).ok());
+  EXPECT_TRUE(collider.step(again).ok()) << "where it is, also after a trial";
+
+  BodyPose other = left;
+  other.pose.matrix[3] += 0.25;
+  Frame elsewhere;
+  elsewhere.poses = {&other, 1};
+  EXPECT_THAT(collider.step(elsewhere).error().message, HasSubstr("is not rigid"));
+  Collider restored = make();
+  ASSERT_TRUE(restored.step(Frame{}).ok());
+  ASSERT_TRUE(restored.place(again).ok());
+  EXPECT_EQ(restored.positions(), collider.positions());
+  ASSERT_TRUE(restored.place(elsewhere).ok()) << "without a motion";
+  other.pose.matrix[0] = 2;
+  EXPECT_THAT(restored.place(elsewhere).error().message, HasSubstr("lengthens something"));
+}
+
 // Two bodies are put next to each other by poses, far from where they were made, and rest: the first question
 // knows of them by balls around them, and the next by their hierarchies, which are looser there. The pair had
 // no front then, and the self-check said so.
