@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <span>
 
 #include "engine/elementary/closest.h"
 #include "engine/elementary/distance_below.h"
@@ -32,6 +34,27 @@ class Standing {
   FeatureVertices features_;
 };
 
+// Is the origin kept beyond the separation from the polygon of differences by the direction to the nearest
+// point of its sides, or by its normal? These come from differences of coordinates alone: where two corners
+// nearly touch, the closest points of two edges are off by as much as they are apart.
+bool kept_apart(const Query& query) {
+  constexpr std::array<std::size_t, 3> kVertexFace{0, 1, 2};
+  constexpr std::array<std::size_t, 4> kEdgeEdge{0, 1, 3, 2};
+  const bool of_face = query.kind == ContactKind::kVertexFace;
+  const std::span<const std::size_t> corners =
+      of_face ? std::span<const std::size_t>(kVertexFace) : std::span<const std::size_t>(kEdgeEdge);
+  const auto corner = [&](std::size_t k) { return query.gaps[corners[k % corners.size()]].t0; };
+  Vec3 nearest{};
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3 point = closest_on_segment(corner(k), corner(k + 1));
+    if (k == 0 || dot(point, point) < dot(nearest, nearest)) nearest = point;
+  }
+  Vec3 normal = cross(corner(1) - corner(0), corner(2) - corner(1));
+  if (dot(normal, corner(0)) < 0) normal = -1.0 * normal;
+  const double beyond = query.separation * (1 + 0x1p-40);
+  return kept_along(query, normalised(nearest)) > beyond || kept_along(query, normalised(normal)) > beyond;
+}
+
 enum class Near { kNo, kYes, kUnknown };
 
 // What doubles tell.
@@ -43,6 +66,7 @@ Near nearness(const Query& query, double reach) {
   // From points that are in the primitives up to 2^-44.
   if (norm(closest) * (1 + 0x1p-50) + 0x1p-44 <= query.separation * (1 - 0x1p-48)) return Near::kYes;
   if (separated_times(query, normalised(closest)).any) return Near::kNo;
+  if (kept_apart(query)) return Near::kNo;
   return distance_below(query, 0) > query.separation * (1 + 0x1p-40) + reach ? Near::kNo : Near::kUnknown;
 }
 

@@ -35,6 +35,7 @@ struct RemoteCommand {
     kExcludedPairs,
     kOptions,
     kWrongOptions,
+    kJourney,  // all is placed far away, or with another size
     kKinds
   };
   Kind kind = kFrame;
@@ -67,7 +68,8 @@ inline std::ostream& operator<<(std::ostream& out, const RemoteCommand& command)
                                     "wrong replacement",
                                     "excluded pairs",
                                     "options",
-                                    "wrong options"};
+                                    "wrong options",
+                                    "journey"};
   return out << kNames[command.kind] << " drawn by " << command.draw
              << (command.lose_answer ? ", the answer is lost" : "") << "\n";
 }

@@ -8,6 +8,7 @@
 #include <signal.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <future>
@@ -137,6 +138,8 @@ class RemoteHistory {
         return expect_right(session_.wrong_replacement());
       case RemoteCommand::kWrongFilters:
         return expect_right(session_.wrong_filters());
+      case RemoteCommand::kJourney:
+        return journey(draws, around);
       case RemoteCommand::kKinds:
         break;
     }
@@ -218,6 +221,15 @@ class RemoteHistory {
 
   void ask(Draws& draws, StepOperation::As as, const Around& around) {
     if (driver_.asks()) expect_right(session_.step(draw_trial(draws, as), around));
+  }
+
+  void journey(Draws& draws, const Around& around) {
+    if (!driver_.asks()) return;
+    const double unit = std::ldexp(1.0, draws.below(13) - 6), far = std::ldexp(unit, draws.below(21));
+    StepOperation there = rounded_.of(testing::draw_journey(draws, session_.state(), unit, far));
+    there.as = StepOperation::As::kPlace;
+    expect_right(session_.step(there, around));
+    session_.draw_near(unit, far);
   }
 
   void near(Draws& draws, const Around& around) {

@@ -55,6 +55,11 @@ class RemoteSession {
   std::string close();
 
   const testing::AcceptedState& state() const { return state_; }
+  /// What is drawn for it from now on is of this size, and near here on each axis.
+  void draw_near(double unit, double offset) {
+    state_.unit = unit;
+    state_.offset = offset;
+  }
   const ColliderOptions& options() const { return options_; }
   Rounding rounding() const { return driver_.single() ? Rounding::kFloat32 : Rounding::kFloat64; }
 

@@ -202,6 +202,32 @@ TEST(ProximityFilter, DecidesNearlyAllPlainPairs) {
   EXPECT_LT(unproved, 20);
 }
 
+// So that it changes no answer; where two corners nearly touch, too.
+TEST(ProximityFilter, ProvesApartWhatNoTierReports) {
+  std::mt19937_64 random(5);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
+  int apart = 0;
+  for (int trial = 0; trial < 40000; ++trial) {
+    FeatureCase query(trial % 2 == 0 ? ContactKind::kVertexFace : ContactKind::kEdgeEdge,
+                      std::array<VertexMotion, 4>{});
+    for (VertexMotion& vertex : query.vertices) {
+      for (int axis = 0; axis < 3; ++axis) vertex.t0[axis] = vertex.t1[axis] = uniform();
+    }
+    const double beside = std::ldexp(1.0, -15 - static_cast<int>(random() % 30));
+    query.vertices[3] = query.vertices[random() % 2];
+    for (int axis = 0; axis < 3; ++axis)
+      query.vertices[3].t0[axis] = query.vertices[3].t1[axis] =
+          query.vertices[3].t0[axis] + beside * uniform();
+    const double distance = trial % 3 == 0 ? 0 : beside * std::abs(uniform());
+    if (filtered(query, Instant::kStart, distance) != Nearness::kApart) continue;
+    ++apart;
+    for (const Tier tier : {Tier::kCertified, Tier::kExact})
+      ASSERT_FALSE(proximity(query.features(), Instant::kStart, tier, distance).contact)
+          << to_text(testing::NearCase{query, distance});
+  }
+  EXPECT_GT(apart, 10000);
+}
+
 // Where the direction between the closest points is clear, the bound is as good as doubles are.
 TEST(ProximityTorture, BoundsOfPlainPairsAreTight) {
   std::mt19937_64 random(7);
