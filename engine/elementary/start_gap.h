@@ -3,6 +3,8 @@
 // from any thread in the default floating-point environment (Workers checks it).
 #pragma once
 
+#include <algorithm>
+
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/half_space.h"
 #include "engine/elementary/query.h"
@@ -18,10 +20,11 @@ double pair_size(const VertexMotion& vertex, const HalfSpaceMotion& half_space);
 struct StartGap {
   double least = 0;  ///< a lower bound of its distance, within some 2^-46 of the size unless degenerate
   double size = 0;   ///< pair_size()
+  double arcs = 0;   ///< turning_slack() of what moves along arcs
 
   /// How much nearer a pair may come than `least` and still count as coming no nearer: more than the tests
   /// below round.
-  double slack() const { return 0x1p-45 * size; }
+  double slack() const { return std::max(0x1p-45 * size, arcs); }
 };
 
 /// `most` (>= 0): what `least` need not be above.

@@ -47,7 +47,7 @@ class Chords {
   /// against their velocity and the greatest second derivative. Ends where it gains less than `least`.
   double apart_until(double begin, double separation, const Margins& margins, double least) const {
     if (!squares_serve(margins) || !(separation < 0x1p300)) return begin;
-    const double kept = separation + 16 * margins.rounding + 0x1p-40 * margins.size;
+    const double kept = separation + kept_besides(margins);
     double s = begin;
     for (int k = 0; k < kMostSteps && s < 1; ++k) {
       const double more = kept_apart(s, kept, margins.bend);
@@ -225,6 +225,24 @@ Verdict turning_keep_distance_test(const TurningPair& pair, const KeepDistance& 
   const double approach = (1 - keep.share) * std::max(0.0, distance - beyond);
   options.tolerance = std::min(options.tolerance, std::max(0x1p-40, 0x1p-7 * approach / query.size));
   return search_pair(pair, options);
+}
+
+bool turning_comes_within(const TurningPair& pair, double separation) {
+  const Chords chords(pair);
+  const Margins margins = chords.margins();
+  if (!margins.finite()) return true;
+  double s = 0;
+  for (int advances = 0; advances < kMostAdvances; ++advances) {
+    const double until = chords.apart_until(s, separation, margins, 0);
+    if (until >= 1) return false;
+    if (!(until > s)) break;
+    s = until;
+  }
+  return search_pair(pair, {.tolerance = kFineArcs, .min_separation = separation}).contact;
+}
+
+double turning_slack(const TurningPair& pair) {
+  return slack_of(Chords(pair).margins());
 }
 
 Verdict turning_candidate_test(const TurningPair& pair, double min_separation) {

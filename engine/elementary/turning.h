@@ -43,6 +43,13 @@ inline constexpr int kMostPieces = 1024;
 Verdict turning_keep_distance_test(const TurningPair& pair, const KeepDistance& keep,
                                    CertifiedOptions options);
 
+/// Do the arcs come within `separation` at any time, of which they start farther apart by turning_slack() at
+/// least? What conservative advancement along the arcs keeps apart, as where they move apart, needs no
+/// search; true, too, where neither can tell.
+bool turning_comes_within(const TurningPair& pair, double separation);
+/// More than that rounds.
+double turning_slack(const TurningPair& pair);
+
 /// What bounds know: as candidate_test(), with the arcs of both.
 Verdict turning_candidate_test(const TurningPair& pair, double min_separation);
 
@@ -54,6 +61,11 @@ Verdict turning_half_space_test(const VertexMotion& vertex, const Twist& twist,
 Verdict turning_half_space_keep_distance(const VertexMotion& vertex, const Twist& twist,
                                          const HalfSpaceMotion& half_space, const KeepDistance& keep,
                                          const ElementaryOptions& options, ElementaryCounts& counts);
+bool turning_half_space_comes_within(const VertexMotion& vertex, const Twist& twist,
+                                     const HalfSpaceMotion& half_space, double separation,
+                                     ElementaryCounts& counts);
+double turning_half_space_slack(const VertexMotion& vertex, const Twist& twist,
+                                const HalfSpaceMotion& half_space);
 Verdict turning_half_space_candidate(const VertexMotion& vertex, const Twist& twist,
                                      const HalfSpaceMotion& half_space, const ElementaryOptions& options,
                                      ElementaryCounts& counts);

@@ -52,6 +52,25 @@ class HalfSpaceChords {
             {between(normal, begin), between(normal, begin + width)}};
   }
 
+  /// For how long, after s, a half-space that does not move keeps the arc farther than `kept` from it; as
+  /// Chords::kept_apart().
+  double kept_apart(double s, double kept, double bend) const {
+    const Vector& from = half_space_.point[0];
+    const Vec3 normal{half_space_.normal[0][0], half_space_.normal[0][1], half_space_.normal[0][2]};
+    const double largest = max_abs(normal);
+    if (half_space_.moves() || !(largest > 0x1p-900) || !(largest < 0x1p900)) return 0;
+    const Vec3 direction = (1 / norm((1 / largest) * normal)) * ((1 / largest) * normal);
+    const ArcRates rates = rates_at(&twist_, s);
+    const Vec3 at = path_.from_base(s, rates.shares);
+    const double left = dot(direction, at - Vec3{from[0], from[1], from[2]}) - kept;
+    if (!(left > 0)) return 0;
+    const double rate = dot(direction, path_.velocity(rates.rates));
+    const double against = bend * (1 + 0x1p-40);
+    const double root = std::sqrt(rate * rate + 2 * against * left);
+    const double lasts = rate < 0 ? 2 * left / (root - rate) : against > 0 ? (root + rate) / against : 2;
+    return lasts * (1 - 0x1p-40);
+  }
+
  private:
   const Twist& twist_;
   Path path_;
@@ -104,6 +123,29 @@ Verdict turning_half_space_keep_distance(const VertexMotion& vertex, const Twist
       options.tolerance, std::max(0x1p-40, 0x1p-7 * (least - of_pair.min_separation) /
                                                HalfSpaceChords(vertex, twist, half_space).margins().size));
   return search_half_space(vertex, twist, half_space, of_pair, counts);
+}
+
+bool turning_half_space_comes_within(const VertexMotion& vertex, const Twist& twist,
+                                     const HalfSpaceMotion& half_space, double separation,
+                                     ElementaryCounts& counts) {
+  constexpr int kMostSteps = 256;
+  const HalfSpaceChords chords(vertex, twist, half_space);
+  const Margins margins = chords.margins();
+  if (!margins.finite()) return true;
+  double s = 0;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double more = chords.kept_apart(s, separation + kept_besides(margins), margins.bend);
+    if (!(more > 0)) break;
+    s = time_of(s, std::min(more, 1.0));
+    if (s >= 1) return false;
+  }
+  const ElementaryOptions fine{.tolerance = kFineArcs, .min_separation = separation};
+  return search_half_space(vertex, twist, half_space, fine, counts).contact;
+}
+
+double turning_half_space_slack(const VertexMotion& vertex, const Twist& twist,
+                                const HalfSpaceMotion& half_space) {
+  return slack_of(HalfSpaceChords(vertex, twist, half_space).margins());
 }
 
 Verdict turning_half_space_candidate(const VertexMotion& vertex, const Twist& twist,

@@ -105,6 +105,17 @@ struct Margins {
   }
 };
 
+/// How finely arcs are cut, of their pair's size, to tell whether they come nearer than they start.
+inline constexpr double kFineArcs = 0x1p-40;
+/// What is kept besides a separation, so that roundings take nothing of it.
+inline double kept_besides(const Margins& margins) {
+  return 16 * margins.rounding + 0x1p-40 * margins.size;
+}
+/// Of that twice, so that there is something to go by.
+inline double slack_of(const Margins& margins) {
+  return 2 * kept_besides(margins);
+}
+
 /// The length of the piece that comes next, after all that lie before `begin` in (0, 1): what was halved last
 /// and whose later half waits.
 inline double width_after(double begin) {

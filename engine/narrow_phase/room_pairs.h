@@ -42,9 +42,6 @@ class LinesInRoom {
   Test& test_;
 };
 
-/// How finely arcs are cut, of their pair's size, to tell whether they come nearer than they start.
-inline constexpr double kFineArcs = 0x1p-40;
-
 template <class Test>
 class ArcsInRoom {
  public:
@@ -52,15 +49,17 @@ class ArcsInRoom {
       : pair_(pair), state_(state), test_(test) {}
 
   Verdict test(const PairAsked& asked) { return test_(asked); }
-  StartGap start() const { return start_gap(pair_.features, state_.most); }
+  StartGap start() const {
+    StartGap gap = start_gap(pair_.features, state_.most);
+    gap.arcs = turning_slack(pair_);
+    return gap;
+  }
   bool rests() const { return state_.rests; }
   bool starts_within(double separation) {
     return warmfront::starts_within(pair_.features, separation, state_.counts);
   }
   bool keeps_its_side() const { return false; }
-  bool comes_within(double separation) const {
-    return turning_test(pair_, {.tolerance = kFineArcs, .min_separation = separation}).contact;
-  }
+  bool comes_within(double separation) const { return turning_comes_within(pair_, separation); }
 
  private:
   const TurningPair& pair_;
@@ -76,7 +75,11 @@ class HalfSpaceInRoom {
       : vertex_(vertex), twist_(twist), half_space_(half_space), state_(state), test_(test) {}
 
   Verdict test(const PairAsked& asked) { return test_(asked); }
-  StartGap start() const { return start_gap(vertex_, half_space_); }
+  StartGap start() const {
+    StartGap gap = start_gap(vertex_, half_space_);
+    if (twist_ != nullptr) gap.arcs = turning_half_space_slack(vertex_, *twist_, half_space_);
+    return gap;
+  }
   bool rests() const { return state_.rests; }
   bool starts_within(double separation) {
     return warmfront::starts_within(vertex_, half_space_, separation, state_.counts);
@@ -84,8 +87,7 @@ class HalfSpaceInRoom {
   bool keeps_its_side() const { return state_.by_itself && warmfront::keeps_its_side(vertex_, half_space_); }
   bool comes_within(double separation) {
     if (twist_ == nullptr) return warmfront::comes_within(vertex_, half_space_, separation, state_.counts);
-    const ElementaryOptions fine{.tolerance = kFineArcs, .min_separation = separation};
-    return turning_half_space_test(vertex_, *twist_, half_space_, fine, state_.counts).contact;
+    return turning_half_space_comes_within(vertex_, *twist_, half_space_, separation, state_.counts);
   }
 
  private:

@@ -59,9 +59,12 @@ class WithRoom {
       return {{}, near};
     }
     if (const auto stopped = beyond(asked_.separation)) return {*stopped};
-    if (!asked_.leave_out_overlaps)
-      return near(asked_.separation) ? RoomVerdict{{true, ContactStatus::kOverlapAtStart, 0}}
-                                     : RoomVerdict{{}, true};
+    // A test that resolves less may take for near what is not, and keeps its separation.
+    const bool starts_near = pair_.starts_within(asked_.separation + CommitRoom::kNear * asked_.room);
+    if (!asked_.leave_out_overlaps || !starts_near) {
+      const auto status = asked_.leave_out_overlaps ? ContactStatus::kHit : ContactStatus::kOverlapAtStart;
+      return near(asked_.separation) ? RoomVerdict{{true, status, 0}} : RoomVerdict{{}, starts_near};
+    }
     if (asked_.separation > 0) {
       if (const auto stopped = beyond(0)) return {*stopped, true};
     }
@@ -90,8 +93,13 @@ class WithRoom {
   bool near(double m) {
     const double r = asked_.room;
     const StartGap gap = pair_.start();
-    const double as_it_starts = gap.least - gap.slack();
-    const double within = gap.least > m + r ? std::max(gap.least - r, m + r) : as_it_starts;
+    const double slack = gap.slack();
+    const double as_it_starts = gap.least - slack;
+    double within = as_it_starts;
+    if (slack > r)
+      within = gap.least > m ? std::max(within, m) : within;
+    else if (gap.least > m + r + slack)
+      within = std::max(gap.least - r, m + r);
     if (within >= r) return pair_.comes_within(within);
     if (!pair_.starts_within(r)) return pair_.comes_within(r);  // doubles did not find how far it is
     if (pair_.keeps_its_side()) return false;

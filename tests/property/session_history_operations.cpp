@@ -203,9 +203,11 @@ void History::journey(Draws& draws, const Fault& fault) {
   if (state_.travels == AcceptedState::Travels::kNot) return;
   const double unit = std::ldexp(state_.unit, draws.below(3) == 0 ? draws.below(16) - 8 : 0);
   if (unit < 0x1p-300 || unit > 0x1p300) return;
-  const double far = draws.below(3) == 0 ? 0 : std::ldexp(unit, draws.below(27)) * (1 + draws.uniform(0.5));
-  StepOperation there = draw_journey(draws, state_, unit, far);
+  // Where float32 puts whole meshes in one place, what certified reports depends on how pairs are found, too.
   const bool moves = state_.travels == AcceptedState::Travels::kMoving;
+  const double far =
+      draws.below(3) == 0 ? 0 : std::ldexp(unit, draws.below(moves ? 27 : 16)) * (1 + draws.uniform(0.5));
+  StepOperation there = draw_journey(draws, state_, unit, far);
   there.as = !moves                ? StepOperation::As::kPlace
              : draws.below(2) == 0 ? StepOperation::As::kStep
                                    : StepOperation::As::kTrial;

@@ -219,9 +219,8 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
                           [&](double separation) { return test(pair, separation); });
         if (pair.first != nullptr || pair.second != nullptr) {
           in_room.keeps_its_side = false;
-          in_room.comes_within = [&pair](double within) {
-            return turning_test(pair, {.tolerance = 0x1p-40, .min_separation = within}).contact;
-          };
+          in_room.start.arcs = turning_slack(pair);
+          in_room.comes_within = [&pair](double within) { return turning_comes_within(pair, within); };
         }
         return with_room(asked, options.leave_out_overlaps, in_room);
       });
@@ -257,6 +256,7 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
         in_room.rounding = room_of(vertex, half_space, rounding, posed_around(v), posed[b]);
         if (half_space.moves()) in_room.rounding = std::max(in_room.rounding, 0x1p-1074);
         in_room.start = start_gap(vertex, half_space);
+        if (twist != nullptr) in_room.start.arcs = turning_half_space_slack(vertex, *twist, half_space);
         in_room.keeps_its_side = posed_around(v).share == 0 && posed[b].share == 0 &&
                                  rounds_to_its_kind(vertex, rounding) && keeps_its_side(vertex, half_space);
         in_room.test = test_by;
@@ -264,9 +264,9 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
           return starts_within(vertex, half_space, within, counts);
         };
         in_room.comes_within = [&](double within) {
-          const ElementaryOptions fine{.tier = twist != nullptr ? Tier::kCertified : Tier::kExact,
-                                       .tolerance = twist != nullptr ? 0x1p-40 : 1e-6};
-          return plain(within, fine).contact;
+          if (twist != nullptr)
+            return turning_half_space_comes_within(vertex, *twist, half_space, within, counts);
+          return comes_within(vertex, half_space, within, counts);
         };
         return with_room(asked, options.leave_out_overlaps, in_room);
       });

@@ -106,10 +106,19 @@ inline Verdict with_room(double asked, bool leave_out_overlaps, const RoomOracle
       if (verdict.contact && without.contact && !at_start(without)) verdict.status = without.status;
       return verdict;
     }
+    if (leave_out_overlaps && !pair.starts_within(separation + 2 * room)) {
+      separations = {separation};  // it is only taken for near
+      break;
+    }
   }
+  const double slack = pair.start.slack(), least = pair.start.least;
   const double floor = separations.back() + room;
-  const double unchanged = pair.start.least - std::ldexp(pair.start.size, -45);
-  const double within = pair.start.least > floor ? std::max(pair.start.least - room, floor) : unchanged;
+  const double unchanged = least - slack;
+  double within = unchanged;
+  if (slack > room && least > separations.back())
+    within = std::max(unchanged, separations.back());
+  else if (slack <= room && least > floor + slack)
+    within = std::max(least - room, floor);
   bool stops = !pair.keeps_its_side && !(leave_out_overlaps && pair.starts_within(0));
   if (within >= room || !pair.starts_within(room))
     stops = pair.comes_within(std::max(within, room));

@@ -19,9 +19,9 @@ namespace {
 using client::LocalSession;
 using client::PendingAnswer;
 
-// Who waits longer wants to be able to interrupt: it is computed on another thread, while this one looks for
-// signals. That thread begins with cold caches and memory of its own, which steps of some milliseconds would
-// feel.
+// Who waits longer wants to be able to interrupt: what took so long when it was last asked, or was not asked
+// alike, is computed on another thread, while this one looks for signals. That thread begins with cold caches
+// and memory of its own, which steps of some milliseconds would feel.
 constexpr std::chrono::milliseconds kLong{100};
 
 // Names of limits, as a daemon has them.
@@ -103,7 +103,9 @@ std::shared_ptr<Answer> Session::wait(LocalSession::Request request, std::option
   const std::shared_ptr<LocalSession> local = local_;
   const Clock::time_point begin = Clock::now();
   std::optional<Result<client::Answer>> answer;
-  if (timeout || took_ > kLong) {
+  Asked& last = asked_.at(static_cast<std::size_t>(request.question.kind));
+  const bool is_brief = request.commit || (last.question == request.question && last.took <= kLong);
+  if (timeout || !is_brief) {
     const Ended ended = run(
         [&](const std::atomic<bool>& stop) {
           // Who is given up after the last look at `stop` does not count either.
@@ -131,7 +133,7 @@ std::shared_ptr<Answer> Session::wait(LocalSession::Request request, std::option
     }
     if (raised_by_signal) throw py::error_already_set();
   }
-  took_ = Clock::now() - begin;
+  if (!request.commit) last = {request.question, Clock::now() - begin};
   return made(value_of(*std::move(answer), kMaxContacts),
               request.commit ? std::nullopt : std::optional(request.question), frame_bytes);
 }

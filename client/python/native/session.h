@@ -6,6 +6,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -76,7 +77,12 @@ class Session {
   std::shared_ptr<client::LocalSession> local_;
   const bool float32_;
   std::atomic<bool> stopped_{false};               // any thread
-  Clock::duration took_ = Clock::duration::max();  // the last answer: the next one takes about as long
+  // By kind: the last question, and how long its answer took: about as long as that of one asked alike.
+  struct Asked {
+    Question question;
+    Clock::duration took = Clock::duration::max();
+  };
+  std::array<Asked, 6> asked_{};
 };
 
 }  // namespace warmfront::python
