@@ -193,7 +193,11 @@ bool PipelineWith<Bounds>::arrange(const Core& core, StopSignal stop) {
   }
   const std::span<const PartId> rearranged = trees_.rearrange_loose(core, stop);
   for (const PartId part : rearranged) front_.front().forget(part);
-  if (trees_.take_magnitude(core.motion.vertices().magnitude())) near_.forget();
+  if (trees_.take_magnitude(core.motion.vertices().magnitude())) {
+    near_.forget();
+    // Bounds of what rests are other ones, too: pairs that were apart by the last ones may overlap by these.
+    front_.forget_answers();
+  }
   arranged_ = true;
   return (arranged > 0 && arranged == trees_.trees().size()) || !rearranged.empty();
 }
