@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Signals while a question is computed in this process."""
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+
+def test_an_interrupt_leaves_everything_as_it_was(tmp_path):
+    """In a process of its own, which is interrupted while it computes."""
+    program = tmp_path / "program.py"
+    program.write_text(f"""
+import signal, sys, threading
+sys.path.insert(0, {os.path.dirname(__file__)!r})
+import warmfront
+from asker import large
+above, below, faces = large()
+session = warmfront.Collider(above, faces, threads=1)
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+interrupts = 0
+for k in range(20):
+    frame = session.last_frame
+    answered = False
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.001 + 0.004 * k)
+        session.step(below if frame % 2 == 0 else above)
+        answered = True
+        threading.Event().wait(60)
+    except KeyboardInterrupt:
+        interrupts += not answered
+    at = above if session.last_frame % 2 == 0 else below
+    assert session.last_frame - frame in (0, 1) and session.positions.tobytes() == at.tobytes()
+print("interrupted", interrupts, "of 20; then", len(session.step(above if session.last_frame % 2 else below)))
+""")
+    done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout.split()[1]) > 0, done.stdout
+
+
+def test_an_interrupt_stops_a_long_question_after_brief_ones(tmp_path):
+    """All pairs of a large scene take minutes; what was asked before, in another way, took milliseconds."""
+    program = tmp_path / "program.py"
+    program.write_text(f"""
+import signal, sys
+sys.path.insert(0, {os.path.dirname(__file__)!r})
+import warmfront
+from asker import large
+above, below, faces = large()
+session = warmfront.Collider(above, faces, threads=1)
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+stopped = 0
+for brief in (lambda: session.trial(above), lambda: session.proximity(0.0, report="count"), lambda: session.max_step(above)):
+    for _ in range(2):
+        brief()
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.3)
+        session.proximity(1e6, report="count")
+    except KeyboardInterrupt:
+        stopped += 1
+print("stopped", stopped, "of 3; then", len(session.step(above)))
+""")
+    done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300)
+    assert done.stdout.startswith("stopped 3 of 3"), done.stdout + done.stderr
