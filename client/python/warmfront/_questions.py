@@ -227,7 +227,8 @@ class Questions(Asking):
         this rounds may be taken through, and no later question tells. `max_step()` leaves room for that, and a trial does not.
 
         InvalidArgumentError for another fraction. FailedPreconditionError without a trial since the last step, place, commit
-        or change of the scene, where a later trial failed, and while answers are outstanding. timeout: as in `step()`.
+        or change of the scene (also a refused one), where a later trial failed, and while answers are outstanding. timeout: as
+        in `step()`.
         """
         answer = self._ask(None, question_of("step"), timeout, fraction_of(fraction))
         assert isinstance(answer, Committed)
