@@ -113,11 +113,7 @@ class Chords {
         const double left = dot(direction, at[j] - at[i]) - kept * length;
         if (!(left > 0)) return 0;
         const double rate = dot(direction, velocity[j] - velocity[i]);
-        const double root = std::sqrt(rate * rate + 2 * against * left);
-        if (rate < 0)
-          least = std::min(least, 2 * left / (root - rate));
-        else if (against > 0)
-          least = std::min(least, (root + rate) / against);
+        least = std::min(least, time_left(left, rate, against));
       }
     }
     return least * (1 - 0x1p-40);

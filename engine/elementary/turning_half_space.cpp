@@ -65,10 +65,7 @@ class HalfSpaceChords {
     const double left = dot(direction, at - Vec3{from[0], from[1], from[2]}) - kept;
     if (!(left > 0)) return 0;
     const double rate = dot(direction, path_.velocity(rates.rates));
-    const double against = bend * (1 + 0x1p-40);
-    const double root = std::sqrt(rate * rate + 2 * against * left);
-    const double lasts = rate < 0 ? 2 * left / (root - rate) : against > 0 ? (root + rate) / against : 2;
-    return lasts * (1 - 0x1p-40);
+    return time_left(left, rate, bend * (1 + 0x1p-40)) * (1 - 0x1p-40);
   }
 
  private:

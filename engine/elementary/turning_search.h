@@ -116,6 +116,14 @@ inline double slack_of(const Margins& margins) {
   return 2 * kept_besides(margins);
 }
 
+/// For how long what is `left` (> 0) along a direction lasts, as it changes at `rate` and with a second
+/// derivative of no more than `against` (>= 0); 2 for ever.
+inline double time_left(double left, double rate, double against) {
+  const double root = std::sqrt(rate * rate + 2 * against * left);
+  if (rate < 0) return 2 * left / (root - rate);
+  return against > 0 ? (root + rate) / against : 2;
+}
+
 /// The length of the piece that comes next, after all that lie before `begin` in (0, 1): what was halved last
 /// and whose later half waits.
 inline double width_after(double begin) {

@@ -59,12 +59,12 @@ class WithRoom {
       return {{}, near};
     }
     if (const auto stopped = beyond(asked_.separation)) return {*stopped};
+    if (!asked_.leave_out_overlaps && near(asked_.separation))
+      return {{true, ContactStatus::kOverlapAtStart, 0}};
     // A test that resolves less may take for near what is not, and keeps its separation.
     const bool starts_near = pair_.starts_within(asked_.separation + CommitRoom::kNear * asked_.room);
-    if (!asked_.leave_out_overlaps || !starts_near) {
-      const auto status = asked_.leave_out_overlaps ? ContactStatus::kHit : ContactStatus::kOverlapAtStart;
-      return near(asked_.separation) ? RoomVerdict{{true, status, 0}} : RoomVerdict{{}, starts_near};
-    }
+    if (!asked_.leave_out_overlaps) return {{}, starts_near};
+    if (!starts_near) return {near(asked_.separation) ? Verdict{true, ContactStatus::kHit, 0} : Verdict{}};
     if (asked_.separation > 0) {
       if (const auto stopped = beyond(0)) return {*stopped, true};
     }

@@ -26,6 +26,7 @@ class History {
  private:
   void ask(Draws& draws, StepOperation::As as, const Fault& fault);
   void place(Draws& draws, const Fault& fault);
+  bool fits_float32() const;
   CommitOperation draw_commit(Draws& draws) const;
   void line_search(Draws& draws, const Fault& fault);
   Outcome right(const Operation& operation) const;

@@ -117,10 +117,14 @@ void History::place(Draws& draws, const Fault& fault) {
   carry(place, fault);
 }
 
+// Else what is drawn may leave its range.
+bool History::fits_float32() const {
+  return std::max(state_.unit, std::abs(state_.offset)) < 1e20 && state_.unit > 1e-20;
+}
+
 CommitOperation History::draw_commit(Draws& draws) const {
   const double fraction = std::array{0.0, 1.0, 1.0, 0.5, 0.25, 0.7}[draws.below(6)];
-  const bool in_range = std::max(state_.unit, std::abs(state_.offset)) < 1e20 && state_.unit > 1e-20;
-  const bool single = in_range && draws.below(3) == 0;  // else it may leave float32's range
+  const bool single = fits_float32() && draws.below(3) == 0;
   return {fraction, single ? Rounding::kFloat32 : Rounding::kFloat64};
 }
 
@@ -218,7 +222,7 @@ void History::journey(Draws& draws, const Fault& fault) {
   carry(there, {});
   state_.unit = unit;
   state_.offset = far;
-  for (int i = draws.below(5); i > 0 && unit > 1e-20 && std::max(unit, std::abs(far)) < 1e20; --i) {
+  for (int i = draws.below(5); i > 0 && fits_float32(); --i) {
     StepOperation step = draw_step(draws, state_);
     step.as = StepOperation::As::kTrial;
     carry(step, {});

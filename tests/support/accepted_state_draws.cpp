@@ -14,20 +14,6 @@
 namespace warmfront::testing {
 namespace {
 
-// A shape whose faces and edges count from 0.
-struct Shape {
-  Faces faces;
-  Edges edges;
-  std::vector<double> positions;
-};
-Shape draw_shape(Draws& draws) {
-  std::mt19937_64 random(static_cast<std::uint64_t>(draws.below(1 << 30)));
-  const RandomScene drawn = random_scene(random);
-  Shape shape{{}, {}, drawn.positions};
-  append_elements(*drawn.scene, 0, shape.faces, shape.edges);
-  return shape;
-}
-
 // A turn about the middle of the scene, and a shift; of a half-space, about its point and to the middle.
 Pose draw_pose(Draws& draws, double step, const AcceptedState& state, std::uint32_t body) {
   const double angle = draws.below(4) == 0 ? draws.uniform(3)
@@ -75,6 +61,14 @@ std::vector<double> moved_rows(Draws& draws, const Body& body, const std::vector
 }
 
 }  // namespace
+
+Shape draw_shape(Draws& draws) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(draws.below(1 << 30)));
+  const RandomScene drawn = random_scene(random);
+  Shape shape{{}, {}, drawn.positions};
+  append_elements(*drawn.scene, 0, shape.faces, shape.edges);
+  return shape;
+}
 
 Body draw_body(Draws& draws, std::size_t vertex_count, double unit, bool may_turn) {
   Body body{"", 0, static_cast<std::uint32_t>(vertex_count), static_cast<BodyKind>(draws.below(3))};

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <random>
 #include <utility>
 #include <vector>
 
@@ -44,15 +43,11 @@ class LargeScene {
     const int bodies = 20 + draws_.below(80);
     const double size = std::cbrt(bodies) * (1 + draws_.below(2));
     for (int b = 0; b < bodies; ++b) {
-      std::mt19937_64 random(static_cast<std::uint64_t>(draws_.below(1 << 30)));
-      const RandomScene drawn = random_scene(random);
-      Faces faces;
-      Edges edges;
-      append_elements(*drawn.scene, 0, faces, edges);
+      Shape shape = draw_shape(draws_);
       const double at[3] = {draws_.uniform(size), draws_.uniform(size), draws_.uniform(size)};
-      std::vector<double> positions = drawn.positions;
-      for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += at[i % 3];
-      add(draw_body(draws_, positions.size() / 3, kUnit, may_turn_), faces, edges, positions);
+      for (std::size_t i = 0; i < shape.positions.size(); ++i) shape.positions[i] += at[i % 3];
+      add(draw_body(draws_, shape.positions.size() / 3, kUnit, may_turn_), shape.faces, shape.edges,
+          shape.positions);
     }
   }
   void add_half_space() {

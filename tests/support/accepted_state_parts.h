@@ -31,6 +31,14 @@ Twists twists_of(const AcceptedState& state, const StepOperation& step);
 std::vector<PosedRounding> posed_by(const AcceptedState& state, const StepOperation& step);
 /// By body: half-spaces on their way from where they are to where a step, if any, takes them.
 std::vector<HalfSpaceMotion> half_spaces_of(const AcceptedState& state, const StepOperation* step);
+/// A mesh whose faces and edges count from 0.
+struct Shape {
+  Faces faces;
+  Edges edges;
+  std::vector<double> positions;
+};
+/// As random_scene() has it.
+Shape draw_shape(Draws& draws);
 /// A body of a scene whose lengths are near `unit`; one that may turn is perhaps a screw's.
 Body draw_body(Draws& draws, std::size_t vertex_count, double unit, bool may_turn);
 /// Near the middle of the scene, at any slope; some normals are exact, long or short.

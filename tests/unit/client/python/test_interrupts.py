@@ -6,11 +6,7 @@ import os
 import subprocess
 import sys
 
-
-def test_an_interrupt_leaves_everything_as_it_was(tmp_path):
-    """In a process of its own, which is interrupted while it computes."""
-    program = tmp_path / "program.py"
-    program.write_text(f"""
+BEFORE = f"""
 import signal, sys, threading
 sys.path.insert(0, {os.path.dirname(__file__)!r})
 import warmfront
@@ -18,6 +14,18 @@ from asker import large
 above, below, faces = large()
 session = warmfront.Collider(above, faces, threads=1)
 signal.signal(signal.SIGALRM, signal.default_int_handler)
+"""
+
+
+def run_on_a_large_scene(tmp_path, program):
+    path = tmp_path / "program.py"
+    path.write_text(BEFORE + program)
+    return subprocess.run([sys.executable, str(path)], capture_output=True, text=True, timeout=300)
+
+
+def test_an_interrupt_leaves_everything_as_it_was(tmp_path):
+    """In a process of its own, which is interrupted while it computes."""
+    done = run_on_a_large_scene(tmp_path, """
 interrupts = 0
 for k in range(20):
     frame = session.last_frame
@@ -33,22 +41,13 @@ for k in range(20):
     assert session.last_frame - frame in (0, 1) and session.positions.tobytes() == at.tobytes()
 print("interrupted", interrupts, "of 20; then", len(session.step(above if session.last_frame % 2 else below)))
 """)
-    done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert int(done.stdout.split()[1]) > 0, done.stdout
 
 
 def test_an_interrupt_stops_a_long_question_after_brief_ones(tmp_path):
     """All pairs of a large scene take minutes; what was asked before, in another way, took milliseconds."""
-    program = tmp_path / "program.py"
-    program.write_text(f"""
-import signal, sys
-sys.path.insert(0, {os.path.dirname(__file__)!r})
-import warmfront
-from asker import large
-above, below, faces = large()
-session = warmfront.Collider(above, faces, threads=1)
-signal.signal(signal.SIGALRM, signal.default_int_handler)
+    done = run_on_a_large_scene(tmp_path, """
 stopped = 0
 for brief in (lambda: session.trial(above), lambda: session.proximity(0.0, report="count"), lambda: session.max_step(above)):
     for _ in range(2):
@@ -60,5 +59,4 @@ for brief in (lambda: session.trial(above), lambda: session.proximity(0.0, repor
         stopped += 1
 print("stopped", stopped, "of 3; then", len(session.step(above)))
 """)
-    done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300)
     assert done.stdout.startswith("stopped 3 of 3"), done.stdout + done.stderr
