@@ -29,6 +29,8 @@ struct Config {
   std::vector<std::string> quotas;  ///< of principals, as parse_quotas() takes them
   bool reflection = false;          ///< serve grpc.reflection, so that generic tools can call the daemon
   bool no_shared_memory = false;    ///< offer none to clients of Unix sockets
+  std::uint32_t spin_microseconds =
+      50;                           ///< that a thread of shared memory waits for a frame before it sleeps
   bool channelz = false;            ///< serve grpc.channelz, which shows connections and calls
   std::string metrics_listen;       ///< HOST:PORT of /metrics, /healthz and /readyz; empty: none
   std::string record_dir;           ///< where sessions are recorded; empty: nowhere

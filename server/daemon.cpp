@@ -104,7 +104,8 @@ struct Daemon::Impl {
     for (const std::string& address : config.listen)
       if (std::optional<std::string> path = unix_path(address)) paths.push_back(*std::move(path));
     if (config.no_shared_memory || paths.empty()) return;
-    Result<std::unique_ptr<MemoryDesk>> desk = MemoryDesk::start(paths, context.packet_threads());
+    Result<std::unique_ptr<MemoryDesk>> desk = MemoryDesk::start(
+        paths, context.packet_threads(), std::chrono::microseconds(config.spin_microseconds));
     if (!desk) {
       context.log.write(LogLevel::kWarning, "no_shared_memory", {{"reason", desk.error().message}});
       return;

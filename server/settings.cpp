@@ -198,6 +198,10 @@ std::vector<Setting> table() {
       on_off(
           "no-shared-memory", &Config::no_shared_memory,
           "Share no memory with clients that come over a Unix socket: positions and answers go through it"),
+      count(
+          "spin-microseconds", &Config::spin_microseconds, {.least = 0, .most = 100'000},
+          "How long a thread that serves shared memory waits for a session's next frame before it sleeps, in "
+          "microseconds; more saves solvers a wake-up a frame, and keeps cores busy between frames"),
       text("metrics-listen", &Config::metrics_listen,
            "HOST:PORT of /metrics (Prometheus), /healthz and /readyz over plain HTTP; none by default"),
       text("record-dir", &Config::record_dir,

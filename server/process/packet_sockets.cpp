@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// epoll(7), each connection armed for one event at a time, so that one thread at most tells of it. Thread
-// safety as stated in the header.
+// epoll(7). Thread safety as stated in the header.
 #include "server/process/packet_sockets.h"
 
 #include <fcntl.h>
@@ -20,23 +19,8 @@
 namespace warmfront::server {
 namespace {
 
-/// How long a packet is waited for without sleeping: about what waking up takes, so that in vain it costs no
-/// more than it might have saved.
-constexpr std::chrono::microseconds kSpin{50};
-/// The same of the rest of a frame, whose client writes its positions meanwhile: of some 20 MB.
-constexpr std::chrono::microseconds kSpinForRest{500};
-/// In vain so often in a row, as a power of two, it is tried only every so many times.
-constexpr std::uint32_t kMostMissed = 8;
-
 constexpr std::uint64_t kWakeUp = ~std::uint64_t{0};
 constexpr std::uint64_t kListener = std::uint64_t{1} << 62;
-
-bool arm(int poll, int operation, int file, std::uint32_t events, std::uint64_t which) noexcept {
-  epoll_event event{};
-  event.events = events;
-  event.data.u64 = which;
-  return ::epoll_ctl(poll, operation, file, &event) == 0;
-}
 
 /// A listening socket in place of what is there; -1 with errno.
 int listen_at(const std::string& path) {
@@ -62,67 +46,15 @@ int listen_at(const std::string& path) {
 
 }  // namespace
 
-PacketConnection::PacketConnection(int file, std::shared_ptr<const int> poll)
-    : file_(file), poll_(std::move(poll)) {}
-
-PacketConnection::~PacketConnection() {
-  ::close(file_);
-}
-
-PacketConnection::Sent PacketConnection::send(std::span<const std::string_view> pieces, int file) noexcept {
-  std::array<iovec, 16> parts;
-  if (pieces.size() > parts.size()) return Sent::kLost;
-  for (std::size_t i = 0; i < pieces.size(); ++i)
-    parts[i] = {const_cast<char*>(pieces[i].data()), pieces[i].size()};
-  msghdr message{};
-  message.msg_iov = parts.data();
-  message.msg_iovlen = pieces.size();
-  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
-  if (file >= 0) {
-    message.msg_control = control.data();
-    message.msg_controllen = control.size();
-    cmsghdr* header = CMSG_FIRSTHDR(&message);
-    header->cmsg_level = SOL_SOCKET;
-    header->cmsg_type = SCM_RIGHTS;
-    header->cmsg_len = CMSG_LEN(sizeof(int));
-    std::memcpy(CMSG_DATA(header), &file, sizeof file);
-  }
-  for (;;) {
-    if (::sendmsg(file_, &message, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return Sent::kWhole;
-    if (errno == EINTR) continue;
-    if (errno != EAGAIN && errno != EWOULDBLOCK && errno != ENOBUFS) return Sent::kLost;
-    const MutexLock lock(mutex_);
-    wanted_ |= kRoom;
-    if (!told_) arm_locked();
-    return Sent::kLater;
-  }
-}
-
-void PacketConnection::want_packet(When when) noexcept {
-  const MutexLock lock(mutex_);
-  wanted_ |= kPacket;
-  when_ = when;
-  if (!told_) arm_locked();
-}
-
-void PacketConnection::shut() noexcept {
-  ::shutdown(file_, SHUT_RDWR);
-  want_packet();
-}
-
-void PacketConnection::arm_locked() noexcept {
-  const std::uint32_t events = ((wanted_ & kPacket) != 0 ? EPOLLIN | EPOLLRDHUP : 0) |
-                               ((wanted_ & kRoom) != 0 ? std::uint32_t{EPOLLOUT} : 0) | EPOLLONESHOT;
-  static_cast<void>(arm(*poll_, EPOLL_CTL_MOD, file_, events, static_cast<std::uint64_t>(file_)));
-}
-
 Result<std::unique_ptr<PacketSockets>> PacketSockets::listen(const std::vector<std::string>& paths,
-                                                             int threads, PacketReader& greeter) {
+                                                             int threads, PacketWait::Time spin,
+                                                             PacketReader& greeter) {
   const auto failed = [](const std::string& what) {
     return Error{ErrorCode::kUnavailable, "shared memory: " + what + ": " + std::strerror(errno)};
   };
   std::unique_ptr<PacketSockets> made(new PacketSockets(greeter));
   made->threads_count_ = threads;
+  made->spin_ = spin;
   const int poll = ::epoll_create1(EPOLL_CLOEXEC);
   if (poll < 0) return failed("no epoll");
   made->poll_ = std::shared_ptr<const int>(new int(poll), [](const int* file) {
@@ -130,15 +62,15 @@ Result<std::unique_ptr<PacketSockets>> PacketSockets::listen(const std::vector<s
     delete file;
   });
   made->wake_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  if (made->wake_ < 0 || !arm(poll, EPOLL_CTL_ADD, made->wake_, EPOLLIN, kWakeUp))
+  if (made->wake_ < 0 || !arm_in_epoll(poll, EPOLL_CTL_ADD, made->wake_, EPOLLIN, kWakeUp))
     return failed("no eventfd");
   for (const std::string& path : paths) {
     const int listener = listen_at(path);
     if (listener < 0) return failed(path);
     made->paths_.push_back(path);
     made->listeners_.push_back(listener);
-    if (!arm(poll, EPOLL_CTL_ADD, listener, EPOLLIN | EPOLLONESHOT,
-             kListener | static_cast<std::uint64_t>(made->listeners_.size() - 1)))
+    if (!arm_in_epoll(poll, EPOLL_CTL_ADD, listener, EPOLLIN | EPOLLONESHOT,
+                      kListener | static_cast<std::uint64_t>(made->listeners_.size() - 1)))
       return failed(path);
   }
   return made;
@@ -203,8 +135,8 @@ void PacketSockets::accept_from(int index) noexcept {
       if (unknown_ < kMostUnknown) {
         connections_.emplace(static_cast<std::uint64_t>(file), connection);
         ++unknown_;
-        static_cast<void>(arm(*poll_, EPOLL_CTL_ADD, file, EPOLLIN | EPOLLRDHUP | EPOLLONESHOT,
-                              static_cast<std::uint64_t>(file)));
+        static_cast<void>(arm_in_epoll(*poll_, EPOLL_CTL_ADD, file, EPOLLIN | EPOLLRDHUP | EPOLLONESHOT,
+                                       static_cast<std::uint64_t>(file)));
       }
     } catch (const std::exception&) {  // without memory the connection is refused
     }
@@ -213,8 +145,8 @@ void PacketSockets::accept_from(int index) noexcept {
     without_files_ = true;  // armed again by drop_late(): it would be told of again at once
     return;
   }
-  static_cast<void>(arm(*poll_, EPOLL_CTL_MOD, listener, EPOLLIN | EPOLLONESHOT,
-                        kListener | static_cast<std::uint64_t>(index)));
+  static_cast<void>(arm_in_epoll(*poll_, EPOLL_CTL_MOD, listener, EPOLLIN | EPOLLONESHOT,
+                                 kListener | static_cast<std::uint64_t>(index)));
 }
 
 void PacketSockets::tell(const std::shared_ptr<PacketConnection>& connection) noexcept {
@@ -226,7 +158,7 @@ void PacketSockets::tell(const std::shared_ptr<PacketConnection>& connection) no
   }
   // One more byte than a packet may have tells which is too long.
   std::array<char, PacketConnection::kMostBytes + 1> room;
-  for (bool waits = false;;) {
+  for (bool waits = false, has_come = true;;) {
     std::uint32_t wanted = 0;
     PacketConnection::When when{};
     {
@@ -248,19 +180,21 @@ void PacketSockets::tell(const std::shared_ptr<PacketConnection>& connection) no
       if ((connection->wanted_ & PacketConnection::kRoom) != 0) waits = true;
       continue;
     }
-    const ssize_t bytes = receive(*connection, when, room);
-    if (bytes < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+    std::optional<ssize_t> bytes;
+    if (std::exchange(has_come, false)) bytes = connection->receive_now(room);
+    if (!bytes) bytes = await(*connection, when, room);
+    if (!bytes) {
       waits = true;
       continue;
     }
-    bool goes_on = bytes > 0 && bytes <= static_cast<ssize_t>(PacketConnection::kMostBytes);
+    bool goes_on = *bytes > 0 && *bytes <= static_cast<ssize_t>(PacketConnection::kMostBytes);
     if (goes_on) {
       {
         const MutexLock lock(connection->mutex_);
         connection->wanted_ &= ~std::uint32_t{PacketConnection::kPacket};
       }
       const std::shared_ptr<PacketReader> reader = reader_of(*connection);
-      goes_on = reader && reader->packet(connection, {room.data(), static_cast<std::size_t>(bytes)});
+      goes_on = reader && reader->packet(connection, {room.data(), static_cast<std::size_t>(*bytes)});
     }
     if (goes_on) continue;
     ::shutdown(connection->file_, SHUT_RDWR);
@@ -270,44 +204,26 @@ void PacketSockets::tell(const std::shared_ptr<PacketConnection>& connection) no
   }
 }
 
-ssize_t PacketSockets::receive(PacketConnection& connection, PacketConnection::When when,
-                               std::span<char> room) noexcept {
-  const auto now = [&] {
-    ssize_t bytes = 0;
-    do {
-      bytes = ::recv(connection.file_, room.data(), room.size(), MSG_DONTWAIT);
-      // The other end closed with something unread; what it sent before comes next.
-    } while (bytes < 0 && (errno == EINTR || errno == ECONNRESET));
-    return bytes;
-  };
-  ssize_t bytes = now();
-  if (bytes >= 0 || errno != EAGAIN) return bytes;
+std::optional<ssize_t> PacketSockets::await(PacketConnection& connection, PacketConnection::When when,
+                                            std::span<char> room) noexcept {
   static const bool one_core = std::thread::hardware_concurrency() < 2;
-  if (one_core || !connection.known_) return bytes;
-  const bool soon = when == PacketConnection::When::kSoon;
-  PacketConnection::Patience& patience = connection.patience_[soon ? 1 : 0];
-  if (patience.skip > 0) {
-    --patience.skip;
-    errno = EAGAIN;
-    return -1;
+  // To arm it tells of what has come.
+  if (one_core || !connection.known_) return std::nullopt;
+  const PacketWait::Time most = connection.wait_.next(when, spin_);
+  if (most <= PacketWait::Time(0)) return std::nullopt;
+  std::optional<ssize_t> bytes = connection.receive_now(room);
+  if (!bytes) {
+    // Another thread stays for the other connections.
+    if (spinning_.fetch_add(1, std::memory_order_relaxed) < threads_count_ - 1) {
+      const auto until = std::chrono::steady_clock::now() + most;
+      do {
+        ::sched_yield();  // whoever else wants this core has it
+        bytes = connection.receive_now(room);
+      } while (!bytes && std::chrono::steady_clock::now() < until);
+    }
+    spinning_.fetch_sub(1, std::memory_order_relaxed);
   }
-  // Another thread stays for the other connections.
-  if (spinning_.fetch_add(1, std::memory_order_relaxed) < threads_count_ - 1) {
-    const auto until = std::chrono::steady_clock::now() + (soon ? kSpinForRest : kSpin);
-    do {
-      ::sched_yield();  // whoever else wants this core has it
-      bytes = now();
-    } while (bytes < 0 && errno == EAGAIN && std::chrono::steady_clock::now() < until);
-  }
-  const int error = errno;
-  spinning_.fetch_sub(1, std::memory_order_relaxed);
-  if (bytes >= 0) {
-    patience.missed = 0;
-  } else {
-    patience.missed = std::min(patience.missed + 1, kMostMissed);
-    patience.skip = (std::uint32_t{1} << patience.missed) - 1;
-  }
-  errno = error;
+  connection.wait_.ended(when, bytes.has_value());
   return bytes;
 }
 
@@ -342,7 +258,8 @@ void PacketSockets::drop_late() noexcept {
   }
   if (!without_files_.exchange(false)) return;
   for (std::size_t i = 0; i < listeners_.size(); ++i)
-    static_cast<void>(arm(*poll_, EPOLL_CTL_MOD, listeners_[i], EPOLLIN | EPOLLONESHOT, kListener | i));
+    static_cast<void>(
+        arm_in_epoll(*poll_, EPOLL_CTL_MOD, listeners_[i], EPOLLIN | EPOLLONESHOT, kListener | i));
 }
 
 }  // namespace warmfront::server

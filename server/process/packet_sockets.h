@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unix sockets of packets (SOCK_SEQPACKET) beside gRPC's: what comes is told on threads of their own. A
-// packet is what the kernel copied: nobody changes it any more. Thread-safe.
+// Unix sockets of packets beside gRPC's: what comes is told on threads of their own. Thread-safe.
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -11,71 +9,16 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "engine/result.h"
 #include "server/annotations.h"
+#include "server/process/packet_connection.h"
 #include "server/process/reserve_threads.h"
 
 namespace warmfront::server {
-
-class PacketReader;
-class PacketSockets;
-
-/// One connection.
-class PacketConnection : public std::enable_shared_from_this<PacketConnection> {
- public:
-  /// Longer packets are a mistake of who sends them, and end the connection.
-  static constexpr std::size_t kMostBytes = 61'440;
-
-  enum class Sent : std::uint8_t {
-    kWhole,
-    kLater,  ///< there is no room: the reader hears when there is
-    kLost,   ///< the connection is gone
-  };
-
-  PacketConnection(int file, std::shared_ptr<const int> poll);
-  ~PacketConnection();
-  PacketConnection(const PacketConnection&) = delete;
-  PacketConnection& operator=(const PacketConnection&) = delete;
-
-  /// One packet, with a file's descriptor unless it is -1. Does not wait.
-  Sent send(std::span<const std::string_view> pieces, int file = -1) noexcept;
-  /// When a packet will come: soon of what has begun, or at some time later.
-  enum class When : std::uint8_t { kLater, kSoon };
-  /// The next packet is wanted: one is told, then no other until this is called again. In what is told of a
-  /// packet it costs nothing.
-  void want_packet(When when = When::kLater) noexcept;
-  /// Ends it; what was sent can still be received by the other end.
-  void shut() noexcept;
-
- private:
-  friend class PacketSockets;
-
-  enum : std::uint32_t { kPacket = 1, kRoom = 2 };
-  void arm_locked() noexcept WARMFRONT_REQUIRES(mutex_);
-
-  const int file_;
-  const std::shared_ptr<const int> poll_;
-  const std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
-  std::atomic<bool> known_{false};  // it stays
-
-  Mutex mutex_;
-  std::uint32_t wanted_ WARMFRONT_GUARDED_BY(mutex_) = 0;
-  When when_ WARMFRONT_GUARDED_BY(mutex_) = When::kLater;  // of a packet that is wanted
-  bool told_ WARMFRONT_GUARDED_BY(mutex_) = false;  // a thread is telling of it, and looks at wanted_ then
-
-  // Of the thread that tells.
-  std::weak_ptr<PacketReader> reader_;  // once it stays
-  struct Patience {
-    std::uint32_t missed = 0;  // times in a row that no packet came while it was waited for without sleeping
-    std::uint32_t skip = 0;    // times more that it is not tried
-  };
-  std::array<Patience, 2> patience_;  // by when a packet will come
-};
 
 /// Told of connections; of one by one thread at a time.
 class PacketReader {
@@ -93,10 +36,10 @@ class PacketSockets {
  public:
   /// Listens on `paths`, in place of what sockets are there, with the access that gRPC's own have. `greeter`
   /// is told of a connection until it stays, and outlives this. `threads` >= 2, and one in reserve; one waits
-  /// for a connection's next packet for a moment before it sleeps, as long as another one remains and the
+  /// for a connection's next packet for as long as `spin` before it sleeps, while another one remains and the
   /// machine has a second core.
   static Result<std::unique_ptr<PacketSockets>> listen(const std::vector<std::string>& paths, int threads,
-                                                       PacketReader& greeter);
+                                                       PacketWait::Time spin, PacketReader& greeter);
   /// From now on connections are accepted, and told of.
   void begin();
   /// Waits for what is being told, and tells nobody any more. Once, or again.
@@ -125,8 +68,9 @@ class PacketSockets {
   }
   void accept_from(int listener) noexcept;
   void tell(const std::shared_ptr<PacketConnection>& connection) noexcept;
-  /// Of the next packet, with or without sleeping a little: as recv(2).
-  ssize_t receive(PacketConnection& connection, PacketConnection::When when, std::span<char> room) noexcept;
+  /// The next packet, if it comes while it is waited for without sleeping.
+  std::optional<ssize_t> await(PacketConnection& connection, PacketConnection::When when,
+                               std::span<char> room) noexcept;
   /// Who is told of it; null where there is nobody any more.
   std::shared_ptr<PacketReader> reader_of(const PacketConnection& connection);
   void forget(const std::shared_ptr<PacketConnection>& connection) noexcept;
@@ -134,6 +78,7 @@ class PacketSockets {
 
   PacketReader& greeter_;
   int threads_count_ = 0;
+  PacketWait::Time spin_{0};
   std::shared_ptr<const int> poll_;
   int wake_ = -1;  // an eventfd: the threads end
   std::vector<int> listeners_;

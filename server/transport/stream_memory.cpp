@@ -160,12 +160,13 @@ bool put_columns(const Answer& answer, const AnswerRoom& room, v1::SharedColumns
   return true;
 }
 
-Result<std::unique_ptr<MemoryDesk>> MemoryDesk::start(const std::vector<std::string>& paths, int threads) {
+Result<std::unique_ptr<MemoryDesk>> MemoryDesk::start(const std::vector<std::string>& paths, int threads,
+                                                      std::chrono::microseconds spin) {
   std::vector<std::string> beside;
   beside.reserve(paths.size());
   for (const std::string& path : paths) beside.push_back(path + wire::kSharedMemorySuffix);
   std::unique_ptr<MemoryDesk> desk(new MemoryDesk());
-  Result<std::unique_ptr<PacketSockets>> sockets = PacketSockets::listen(beside, threads, *desk);
+  Result<std::unique_ptr<PacketSockets>> sockets = PacketSockets::listen(beside, threads, spin, *desk);
   if (!sockets) return sockets.error();
   desk->sockets_ = std::move(sockets).value();
   desk->sockets_->begin();

@@ -81,7 +81,8 @@ class SharesMemory : public PacketReader {
 class MemoryDesk final : public PacketReader {
  public:
   /// Listens beside the daemon's Unix sockets, whose paths these are. kUnavailable where it cannot.
-  static Result<std::unique_ptr<MemoryDesk>> start(const std::vector<std::string>& paths, int threads);
+  static Result<std::unique_ptr<MemoryDesk>> start(const std::vector<std::string>& paths, int threads,
+                                                   std::chrono::microseconds spin);
   /// After the last stream has ended.
   ~MemoryDesk() override;
 

@@ -32,7 +32,7 @@ TEST(MemoryDesk, EndsWhileAStreamIsBeingBound) {
   const auto stream = std::make_shared<NoStream>();
   std::mt19937 random(7);
   for (int round = 0; round < 400; ++round) {
-    auto desk = MemoryDesk::start({path}, 2);
+    auto desk = MemoryDesk::start({path}, 2, PacketWait::kLater);
     ASSERT_TRUE(desk.ok());
     v1::StreamStepsRequest request;
     request.mutable_shared_memory()->set_session_id("s");

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Memory shared with the daemon: the same bits as without, and answers that nobody changes while they are held."""
 import gc
+import time
 import warnings
 
 import numpy as np
@@ -156,6 +157,18 @@ def test_a_daemon_may_be_told_not_to(start_daemon):
         session = client.session(waves(0), sheet_faces())
         assert not session.shares_memory
         assert len(session.step(waves(1))) > 0
+
+
+@pytest.mark.parametrize("microseconds", ["0", "100000"])
+def test_however_long_a_daemon_waits_awake(start_daemon, microseconds):
+    daemon = start_daemon("--spin-microseconds", microseconds)
+    with warmfront.connect(daemon.address) as shares, warmfront.connect(daemon.address, shared_memory=False) as streams:
+        sessions = [client.session(waves(0), sheet_faces(), options=OPTIONS) for client in (shares, streams)]
+        assert sessions[0].shares_memory
+        for frame in range(1, 5):
+            answers = [session.step(waves(frame)) for session in sessions]
+            assert bits(answers[0]) == bits(answers[1])
+            time.sleep(0.15 * (frame % 2))  # asleep after that long at the latest
 
 
 def test_not_over_tcp(daemon):
