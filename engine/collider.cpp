@@ -15,8 +15,8 @@ namespace warmfront {
 namespace {
 
 constexpr std::string_view kNoTrial =
-    "no trial was answered since the last step, commit, change of the scene or request that failed; ask for "
-    "a trial or max_step first";
+    "no trial was answered since the last step, commit, change of the scene or its options, or request that "
+    "failed; ask for a trial or max_step first";
 
 Status check_frame(Core& core, const Frame& frame, StopSignal stop, PoseCheck poses = PoseCheck::kRigid) {
   return core.motion.check(*core.scene, frame, stop, poses, core.workers.get());

@@ -18,7 +18,8 @@ LastTrial::LastTrial(SentFrame frame, const Answer& answer)
 
 Error LastTrial::none() {
   return {ErrorCode::kFailedPrecondition,
-          "no trial was answered since the last frame, change of the scene or request that failed; ask for a "
+          "no trial was answered since the last frame, change of the scene or its options, or request that "
+          "failed; ask for a "
           "trial first"};
 }
 

@@ -108,7 +108,7 @@ Outcome<Question> Session::ready(AdmittedFrame& frame, FrameQuestion& asked) con
         ErrorCode::kFailedPrecondition, Reason::kInvalidInput,
         where +
             "question.where: no trial of this frame was answered since the last frame or change of the "
-            "scene, or a motion failed since; send the trial again"};
+            "scene or its options, or a motion failed since; send the trial again"};
   if (Status complete = asked.contents.complete(collider_.scene()); !complete)
     return fault_from(complete.error(), where);
   frame.pass.hold(asked.contents.memory_bytes());
@@ -209,7 +209,8 @@ FrameOutcome Session::take_trial(std::uint64_t number, FrameCommit commit) {
   if (is_fraction && !trial)
     return Fault{ErrorCode::kFailedPrecondition, Reason::kInvalidInput,
                  where +
-                     "no trial of this frame was answered since the last frame or change of the scene, or a "
+                     "no trial of this frame was answered since the last frame or change of the scene or its "
+                     "options, or a "
                      "motion failed since; send the trial again, then the commit"};
   auto answer = std::make_shared<Answer>();
   const Result<CommitResult> result = collider_.commit(fraction, rounding());

@@ -100,8 +100,8 @@ class Backend(Protocol):
 
 def only_with_trial(kind: str) -> str:
     """Why a commit, or a question about a trial's end, is refused where there is none."""
-    return (f"{kind}: there is no trial to take since the last step, place, commit, failure or change of the scene; ask for a "
-            "trial() or max_step() first")
+    return (f"{kind}: there is no trial to take since the last step, place, commit, failure or change of the scene or its options; "
+            "ask for a trial() or max_step() first")
 
 
 def too_late(number: int, timeout: float) -> str:
