@@ -12,7 +12,7 @@
 namespace warmfront {
 namespace {
 
-constexpr std::size_t kRowsAtOnce = std::size_t{1} << 13;
+constexpr std::size_t kRowsAtOnce = std::size_t{1} << 11;
 
 /// Buckets of contacts, in the contacts' order.
 class Buckets {
@@ -78,7 +78,7 @@ void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t 
   });
   make_room(to, contacts);
   for_all([&](const Contact& contact) { to[take_one(next[buckets.of(contact)])] = contact; });
-  constexpr std::size_t kBucketsAtOnce = 64;
+  constexpr std::size_t kBucketsAtOnce = 16;
   for_pieces(0, buckets.count(), kBucketsAtOnce, stop, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t from = i == 0 ? 0 : next[i - 1];
