@@ -62,6 +62,9 @@ class PairTester {
   /// arcs they all are: their times may be earlier than those of their lines' bounds, by the tolerance.
   float until() const { return asks_for_earliest() && !turning_ ? until_in(world_) : 1; }
 
+  /// The same, as their contacts tell it, whatever they move along.
+  double earliest() const { return asks_for_earliest() ? shared_->earliest.of(world_) : 1; }
+
   /// Tests all pairs taken so far.
   void flush();
 

@@ -8,6 +8,7 @@
 #include "engine/elementary/turning_search.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/step/turning_stage.h"
+#include "engine/step/widest_separation.h"
 
 namespace warmfront {
 namespace {
@@ -105,12 +106,14 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
 // How far apart boxes of two parts must be before nothing of them is reported. L of turning_test() is no more
 // than all coordinates of both; shorter chords are as far from an arc as their own share of its bend says.
 // Sums and differences of coordinates round by 2^-51 of the reach, of which there are 2^-47.
-double TurningStage::room_between(const Core& core, const Part& a, const Part& b) const {
+KeptRoom TurningStage::room_between(const Core& core, const Part& a, const Part& b) const {
   const ColliderOptions& options = core.options;
   const double separation = core.thickness.between(options.min_separation, a.part, b.part);
-  const double length = 2 * (a.size + b.size) + 0x1p-40 * std::max(a.reach, b.reach) + separation;
-  return separation + 2 * (a.away + b.away) +
-         (4 * certified_reach(options.tolerance) + 2 * options.tolerance) * length;
+  const double allowed = 4 * certified_reach(options.tolerance) + 2 * options.tolerance;
+  const double length = 2 * (a.size + b.size) + 0x1p-40 * std::max(a.reach, b.reach);
+  KeepDistance keep = core.keep;
+  if (keep.share > 0) keep.beyond = core.thickness.between(beyond_with_room(core), a.part, b.part);
+  return {keep, separation, 2 * (a.away + b.away) + allowed * length, allowed};
 }
 
 // A scene may have large parts that a turning one is near: only those that turn hold their positions.

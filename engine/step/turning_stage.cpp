@@ -73,8 +73,8 @@ void TurningStage::take_met(const Core& core, StopSignal stop) {
     const std::uint32_t j = index_of(pair.parts.b);
     const Part& a = parts_[i];
     const Part& b = parts_[j];
-    const double room = room_between(core, a, b);
-    if (!(a.reach < kMostReach && b.reach < kMostReach) || near_each_other(a.ever, b.ever, room))
+    const KeptRoom room = room_between(core, a, b);
+    if (!(a.reach < kMostReach && b.reach < kMostReach) || near_each_other(a.ever, b.ever, room.most()))
       met_.push_back({i, j, room});
   }
 }
@@ -86,29 +86,61 @@ bool TurningStage::are_near(const MetPair& pair, int piece) const {
   const Part& b = parts_[pair.b];
   if (!(a.reach < kMostReach && b.reach < kMostReach)) return true;
   const auto k = static_cast<std::uint32_t>(piece);
-  return near_each_other(around(some(a.at_times, k, k + 2)), around(some(b.at_times, k, k + 2)), pair.room);
+  return near_each_other(around(some(a.at_times, k, k + 2)), around(some(b.at_times, k, k + 2)),
+                         pair.room.differs() ? pair.room.of(a.at_times[0], b.at_times[0]) : pair.room.most());
+}
+
+void TurningStage::bound_above(const TreeShape& shape, Boxes& boxes, StopSignal stop) {
+  const bool empty = boxes.primitives.empty();
+  boxes.blocks.resize(empty ? 0 : shape.block_count());
+  boxes.nodes.resize(empty ? 0 : shape.node_count());
+  PacedStop paced(stop);
+  for (std::uint32_t i = 0; i < boxes.blocks.size(); ++i) {
+    const BlockId block{i};
+    boxes.blocks[i] =
+        around(some(boxes.primitives, shape.begin_of_block(block), shape.begin_of_block(block + 1)));
+  }
+  for (auto i = static_cast<std::uint32_t>(boxes.nodes.size()); i-- > 0;) {
+    const NodeId node{i};
+    paced.check();
+    boxes.nodes[i] =
+        shape.is_leaf(node)
+            ? around(some(boxes.blocks, number_of(shape.first_block(node)), number_of(shape.end_block(node))))
+            : around(
+                  some(boxes.nodes, number_of(TreeShape::left(node)), number_of(TreeShape::right(node)) + 1));
+  }
 }
 
 template <class Bounds>
 void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece,
                          StopSignal stop) const {
   if (!part.near || (part.rests && part.bounded)) return;
+  const bool first = !part.bounded;
   part.bounded = true;
-  part.nodes.resize(tree.order.empty() ? 0 : tree.shape.node_count());
-  part.primitives.resize(tree.order.size());
-  part.blocks.resize(tree.order.empty() ? 0 : tree.shape.block_count());
+  part.now.primitives.resize(tree.order.size());
   PacedStop paced(stop);
-  const std::uint32_t first = core.motion.first_vertex(part.part);
+  const std::uint32_t first_vertex = core.motion.first_vertex(part.part);
   const std::uint32_t count = core.motion.vertex_count(part.part);
   if (part.corners.empty()) {
     for (const Primitive primitive : tree.order) {
       paced.check();
       const auto [a, b, c] = primitive_vertices(core.topology->scene, primitive);
-      part.corners.push_back({static_cast<std::uint32_t>(a) - first, static_cast<std::uint32_t>(b) - first,
-                              static_cast<std::uint32_t>(c) - first});
+      part.corners.push_back({static_cast<std::uint32_t>(a) - first_vertex,
+                              static_cast<std::uint32_t>(b) - first_vertex,
+                              static_cast<std::uint32_t>(c) - first_vertex});
     }
   }
   part.vertices.resize(count);
+  if (first && core.keep.share > 0) {
+    for (std::uint32_t v = 0; v < count; ++v) {
+      paced.check();
+      const Corner corner = position(core, part, v, 0);
+      part.vertices[v] = {corner, corner};
+    }
+    part.start.primitives.resize(tree.order.size());
+    around_primitives(part.vertices, part.corners, part.start.primitives.data());
+    bound_above(tree.shape, part.start, stop);
+  }
   const std::span<const Corner> at(part.at);
   if (!at.empty()) {
     around_chords(at.subspan(static_cast<std::size_t>(piece) * count, count),
@@ -120,21 +152,8 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
           around_points(std::array{position(core, part, v, piece), position(core, part, v, piece + 1)});
     }
   }
-  around_primitives(part.vertices, part.corners, part.primitives.data());
-  for (std::uint32_t i = 0; i < part.blocks.size(); ++i) {
-    const BlockId block{i};
-    part.blocks[i] =
-        around(some(part.primitives, tree.shape.begin_of_block(block), tree.shape.begin_of_block(block + 1)));
-  }
-  for (auto i = static_cast<std::uint32_t>(part.nodes.size()); i-- > 0;) {
-    const NodeId node{i};
-    paced.check();
-    part.nodes[i] = tree.shape.is_leaf(node)
-                        ? around(some(part.blocks, number_of(tree.shape.first_block(node)),
-                                      number_of(tree.shape.end_block(node))))
-                        : around(some(part.nodes, number_of(TreeShape::left(node)),
-                                      number_of(TreeShape::right(node)) + 1));
-  }
+  around_primitives(part.vertices, part.corners, part.now.primitives.data());
+  bound_above(tree.shape, part.now, stop);
 }
 
 template <class Bounds>
@@ -143,9 +162,8 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
                                      StopSignal stop) const {
   const Part& a = parts_[pair.a];
   const Part& b = parts_[pair.b];
-  const double room = pair.room;
   if (!are_near(pair, piece)) return 1;  // as the roots say
-  if (a.nodes.empty() || b.nodes.empty()) return 0;
+  if (a.now.nodes.empty() || b.now.nodes.empty()) return 0;
   const Bvh<Bounds>& tree_a = trees[number_of(a.part)];
   const Bvh<Bounds>& tree_b = trees[number_of(b.part)];
   const TreeShape& of_a = tree_a.shape;
@@ -153,10 +171,22 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
   std::uint64_t tests = 0;
   PacedStop paced(stop);
   tester.begin_leaves(a.part, b.part);
+  const KeptRoom& room = pair.room;
+  // Of some of these boxes, by their places.
+  const auto near = [&](std::vector<Box> Boxes::*of_x, std::uint32_t x, std::vector<Box> Boxes::*of_y,
+                        std::uint32_t y) {
+    const Box& box_x = (a.now.*of_x)[x];
+    const Box& box_y = (b.now.*of_y)[y];
+    if (!near_each_other(box_x, box_y, room.most())) return false;
+    return !room.differs() || near_each_other(box_x, box_y, room.of((a.start.*of_x)[x], (b.start.*of_y)[y]));
+  };
+  constexpr auto kNodes = &Boxes::nodes;
+  constexpr auto kBlocks = &Boxes::blocks;
+  constexpr auto kPrimitives = &Boxes::primitives;
   // Were they, by their places, tested in a piece before? Most that were are near in the last one, too.
-  const auto tested = [&](std::uint32_t i, std::uint32_t j) {
+  const auto tested = [&](std::uint32_t i, std::uint32_t j, double own) {
     for (int k = piece; k-- > 0;) {
-      if (near_each_other(box_of(core, a, a.corners[i], k), box_of(core, b, b.corners[j], k), room))
+      if (near_each_other(box_of(core, a, a.corners[i], k), box_of(core, b, b.corners[j], k), own))
         return true;
     }
     return false;
@@ -164,18 +194,20 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
   const auto test = [&](std::uint32_t i, std::uint32_t j) {
     const Primitive x = tree_a.order[i];
     const Primitive y = tree_b.order[j];
+    const double own = room.differs() ? room.of(a.start.primitives[i], b.start.primitives[j]) : room.most();
+    if (tested(i, j, own)) return;
     if (!are_faces(x, y)) return tester.primitive_pair(x, y);
-    const std::uint32_t near = x < y ? near_features_of(core, a, i, b, j, piece, room)
-                                     : near_features_of(core, b, j, a, i, piece, room);
-    if (near != 0) tester.primitive_pair(x, y, near);
+    const std::uint32_t features = x < y ? near_features_of(core, a, i, b, j, piece, own)
+                                         : near_features_of(core, b, j, a, i, piece, own);
+    if (features != 0) tester.primitive_pair(x, y, features);
   };
   const auto blocks = [&](BlockId block_a, BlockId block_b) {
     for (std::uint32_t i = of_a.begin_of_block(block_a); i < of_a.begin_of_block(block_a + 1); ++i) {
-      if (!near_each_other(a.primitives[i], b.blocks[number_of(block_b)], room)) continue;
+      if (!near(kPrimitives, i, kBlocks, number_of(block_b))) continue;
       for (std::uint32_t j = of_b.begin_of_block(block_b); j < of_b.begin_of_block(block_b + 1); ++j) {
-        if (!near_each_other(a.primitives[i], b.primitives[j], room)) continue;
+        if (!near(kPrimitives, i, kPrimitives, j)) continue;
         paced.check();
-        if (!tested(i, j)) test(i, j);
+        test(i, j);
       }
     }
   };
@@ -187,14 +219,14 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
     paced.check();
     const auto [m, n] = stack[--waiting];
     ++tests;
-    if (!near_each_other(a.nodes[number_of(m)], b.nodes[number_of(n)], room)) continue;
+    if (!near(kNodes, number_of(m), kNodes, number_of(n))) continue;
     const bool leaf_a = of_a.is_leaf(m);
     const bool leaf_b = of_b.is_leaf(n);
     if (leaf_a && leaf_b) {
       for (BlockId i = of_a.first_block(m); i < of_a.end_block(m); ++i) {
-        if (!near_each_other(a.blocks[number_of(i)], b.nodes[number_of(n)], room)) continue;
+        if (!near(kBlocks, number_of(i), kNodes, number_of(n))) continue;
         for (BlockId j = of_b.first_block(n); j < of_b.end_block(n); ++j) {
-          if (near_each_other(a.blocks[number_of(i)], b.blocks[number_of(j)], room)) blocks(i, j);
+          if (near(kBlocks, number_of(i), kBlocks, number_of(j))) blocks(i, j);
         }
       }
     } else if (!leaf_a && (leaf_b || TreeShape::level_of(m) <= TreeShape::level_of(n))) {
@@ -229,6 +261,12 @@ std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> t
   PacedStop paced(stop);
   for (int piece = 0; piece < pieces_; ++piece) {
     for (std::size_t i = 0; i < part_count_; ++i) parts_[i].near = false;
+    PairTester& tester = narrow.tester();
+    std::erase_if(met_, [&](const MetPair& pair) {
+      paced.check();
+      tester.begin_leaves(parts_[pair.a].part, parts_[pair.b].part);
+      return time_of(static_cast<std::size_t>(piece)) > tester.earliest();
+    });
     for (const MetPair& pair : met_) {
       paced.check();
       if (are_near(pair, piece)) parts_[pair.a].near = parts_[pair.b].near = true;
@@ -239,6 +277,7 @@ std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> t
     for_each_index(
         0, met_.size(), stop,
         [&](std::size_t i) { tests += traverse(core, trees, met_[i], piece, narrow.tester(), stop); }, 1);
+    if (core.options.report == Report::kEarliest) narrow.flush();  // so that all of it is known from here on
   }
   return tests;
 }
@@ -251,8 +290,8 @@ template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<KDop18
 std::size_t TurningStage::memory_bytes() const {
   std::size_t bytes = held_bytes(pairs_, others_, met_, named_, parts_);
   for (const Part& part : parts_)
-    bytes += held_bytes(part.at, part.at_times, part.corners, part.vertices, part.nodes, part.blocks,
-                        part.primitives);
+    bytes += held_bytes(part.at, part.at_times, part.corners, part.vertices, part.now.nodes, part.now.blocks,
+                        part.now.primitives, part.start.nodes, part.start.blocks, part.start.primitives);
   return bytes;
 }
 

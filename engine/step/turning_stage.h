@@ -15,6 +15,7 @@
 #include "engine/narrow_phase/pair_tester.h"
 #include "engine/state/core.h"
 #include "engine/step/chord_boxes.h"
+#include "engine/step/kept_room.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -25,6 +26,10 @@ namespace warmfront {
 /// allows itself (certified_reach()), that test reports nothing of them: it looks at the same chords, or
 /// shorter ones within. Two primitives are tested once, in the first piece in which their boxes are nearer;
 /// of two faces those features whose own 18-DOPs are nearer in some piece.
+///
+/// Where distances are kept, how far apart boxes must be goes by where they are at the start (kept_room.h).
+/// Of an earliest question no piece is looked at that begins after what was found in those before it: what is
+/// first near in a piece is reported no earlier than there.
 class TurningStage {
  public:
   /// Takes the near pairs of parts that are this stage's out of those that are the front's. Where an arc is
@@ -56,6 +61,12 @@ class TurningStage {
   static constexpr std::size_t kPositionsShare = 4;
   /// Sums of larger coordinates may overflow: of these nothing is told.
   static constexpr double kMostReach = 0x1p1000;
+  /// Of a part's hierarchy.
+  struct Boxes {
+    std::vector<Box> nodes;
+    std::vector<Box> blocks;      ///< of leaves
+    std::vector<Box> primitives;  ///< by place in the hierarchy's order
+  };
   /// A part that is in a pair.
   struct Part {
     PartId part;
@@ -68,9 +79,8 @@ class TurningStage {
     Box ever;                               ///< around these
     std::vector<std::array<std::uint32_t, 3>> corners;  ///< of the primitives, among the part's vertices
     std::vector<Box> vertices;                          ///< of the piece in hand
-    std::vector<Box> nodes;                             ///< the same
-    std::vector<Box> blocks;                ///< the same, of blocks of its leaves
-    std::vector<Box> primitives;            ///< by place in the hierarchy's order
+    Boxes now;                                          ///< the same
+    Boxes start;                                        ///< where distances are kept
     double size = 0;                        ///< no two coordinates of its vertices, ever, are farther apart
     double away = 0;                        ///< of a point of an arc from its chord in one piece
     double reach = 0;                       ///< no coordinate is larger in magnitude
@@ -80,7 +90,7 @@ class TurningStage {
   struct MetPair {
     std::uint32_t a;  ///< index in parts_
     std::uint32_t b;
-    double room;  ///< between boxes
+    KeptRoom room;  ///< between boxes
   };
 
   void take_met(const Core& core, StopSignal stop);
@@ -97,7 +107,9 @@ class TurningStage {
   template <class Bounds>
   std::uint64_t traverse(const Core& core, std::span<const Bvh<Bounds>> trees, const MetPair& pair, int piece,
                          PairTester& tester, StopSignal stop) const;
-  double room_between(const Core& core, const Part& a, const Part& b) const;
+  KeptRoom room_between(const Core& core, const Part& a, const Part& b) const;
+  // Those of blocks and nodes, around those of primitives.
+  static void bound_above(const TreeShape& shape, Boxes& boxes, StopSignal stop);
   bool are_near(const MetPair& pair, int piece) const;
   double time_of(std::size_t k) const { return static_cast<double>(k) / pieces_; }
 

@@ -9,12 +9,22 @@
 
 namespace warmfront {
 
+namespace {
+
+constexpr double kMost = std::numeric_limits<double>::max();
+
+}  // namespace
+
+double beyond_with_room(const Core& core) {
+  const double beyond = core.keep.beyond;
+  const double widest_asked = beyond + 2 * core.thickness.most();
+  const double room = CommitRoom::kAway * core.room.most(widest_asked);
+  return room > 0 ? std::min(beyond + std::exp2(std::ceil(std::log2(room))), kMost) : beyond;
+}
+
 double widest_separation(const Core& core, StopSignal stop) {
-  constexpr double kMost = std::numeric_limits<double>::max();
   KeepDistance keep = core.keep;
-  const double widest_asked = keep.beyond + 2 * core.thickness.most();
-  if (const double room = CommitRoom::kAway * core.room.most(widest_asked); room > 0)
-    keep.beyond = std::min(keep.beyond + std::exp2(std::ceil(std::log2(room))), kMost);
+  keep.beyond = beyond_with_room(core);
   if (keep.share == 0) return keep.beyond;
   const double longest = longest_way(core.motion, core.arcs, stop);
   const double least = keep.widest(longest, longest);

@@ -9,6 +9,10 @@
 
 namespace warmfront {
 
+/// What is asked of all, core.keep.beyond, and at least as much besides as any pair has room for roundings.
+/// Rounded up, as the next is.
+double beyond_with_room(const Core& core);
+
 /// At least the separation of every pair in the motion that was begun, by core.keep and core.room. Rounded
 /// up, so that it, and what depends on it, often stays the same from question to question. Throws Stopped
 /// when told to stop.
