@@ -54,6 +54,8 @@ void NarrowPhase<Bounds>::begin(std::span<const Bvh<Bounds>> trees, const Narrow
   impl_->trees = trees;
   impl_->input = &input;
   impl_->shared.earliest.begin(input.worlds.places());
+  for (std::uint32_t world = 0; world < input.until.size(); ++world)
+    impl_->shared.earliest.lower(world, input.until[world]);
   impl_->shared.contacts.store(0, std::memory_order_relaxed);
   ++impl_->step;
   for (LeafPairTester<Bounds>& sink : impl_->sinks) sink.begin(trees, input, impl_->shared, impl_->step);

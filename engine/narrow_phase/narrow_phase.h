@@ -62,6 +62,8 @@ struct NarrowPhaseInput {
   bool half_spaces = false;  ///< are there any?
   /// Where it is asked for, how near pairs may come goes by it: WithRoom.
   const CommitRoom* room = nullptr;
+  /// Of Report::kEarliest, by place of a world: later contacts are not needed; empty where all are.
+  std::span<const double> until = {};
 
   /// Pairs and kept contacts that are noted, by each thread and in all; where there are more, test_met() does
   /// not serve.

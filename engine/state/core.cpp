@@ -124,12 +124,12 @@ void Core::take(Parts parts) noexcept {
 std::size_t Core::memory_bytes() const {
   // A part has some thirty small allocations in all rooms, each of which the allocator rounds up.
   constexpr std::size_t kRoundedUp = 512;
-  std::size_t bytes = scene->memory_bytes() + topology->memory_bytes() + motion.memory_bytes() +
-                      vertex_bounds.capacity() * sizeof(PointBounds) + met.memory_bytes() +
-                      near.memory_bytes() + rigid_parts.memory_bytes() + model.memory_bytes() +
-                      filter.memory_bytes() + thickness.memory_bytes() + arcs.memory_bytes() +
-                      room.memory_bytes() + worlds.memory_bytes() + orphans.capacity() * sizeof(orphans[0]) +
-                      patch_culled.capacity() + topology->parts.size() * kRoundedUp;
+  std::size_t bytes =
+      scene->memory_bytes() + topology->memory_bytes() + motion.memory_bytes() +
+      vertex_bounds.capacity() * sizeof(PointBounds) + met.memory_bytes() + near.memory_bytes() +
+      rigid_parts.memory_bytes() + model.memory_bytes() + filter.memory_bytes() + thickness.memory_bytes() +
+      arcs.memory_bytes() + room.memory_bytes() + window.memory_bytes() + worlds.memory_bytes() +
+      orphans.capacity() * sizeof(orphans[0]) + patch_culled.capacity() + topology->parts.size() * kRoundedUp;
   for (const auto& of_part : orphans) {
     if (of_part != nullptr) bytes += of_part->memory_bytes();
   }

@@ -22,6 +22,7 @@
 #include "engine/scene/pair_filter.h"
 #include "engine/scene/thickness.h"
 #include "engine/scene/worlds.h"
+#include "engine/state/kept_window.h"
 #include "engine/state/rigid_parts.h"
 
 namespace warmfront {
@@ -82,6 +83,7 @@ struct Core {
   KeepDistance keep;                   // of the question in hand: where this or `room` is asked,
                                        // options.min_separation is the widest separation of any pair
   CommitRoom room;                     // likewise
+  KeptWindow window;                   // of the question in hand, where it keeps distances
   double asked_separation = 0;         // the minimum separation of the last question
   std::shared_ptr<Workers> workers;
   SceneMotion motion;

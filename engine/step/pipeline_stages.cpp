@@ -35,7 +35,7 @@ NarrowPhaseOutput PipelineWith<Bounds>::run(Core& core, SceneMotion::Step& motio
 
 template <class Bounds>
 void PipelineWith<Bounds>::take_widest_separation(Core& core, StopSignal stop) {
-  const double widest = widest_separation(core, stop);
+  const double widest = narrowed_separation(core, widest_separation(core, stop));
   if (widest != core.asked_separation) options_changed(core);
   core.options.min_separation = core.asked_separation = widest;
 }
@@ -246,7 +246,8 @@ NarrowPhaseInput PipelineWith<Bounds>::narrow_input(Core& core, StopSignal stop,
           part_widths_,
           core.found().vertex_distances,
           !core.model.half_spaces().empty(),
-          core.room.any() ? &core.room : nullptr};
+          core.room.any() ? &core.room : nullptr,
+          core.window.until()};
 }
 
 template <class Bounds>

@@ -82,7 +82,29 @@ Result<StepResult> WarmScene::ask(const Frame& frame, Kind kind, const ColliderO
   core.options = options;
   core.keep = {options.keep_distance.value_or(0), options.min_separation};
   if (!options.keep_distance && !options.room_for) core.asked_separation = options.min_separation;
-  return pipeline->step(core, frame, kind, stop, accept);
+  core.window.begin();
+  if (!options.keep_distance) return pipeline->step(core, frame, kind, stop, accept);
+  return ask_in_turns(frame, kind, stop, accept);
+}
+
+Result<StepResult> WarmScene::ask_in_turns(const Frame& frame, Kind kind, StopSignal stop,
+                                           const AcceptStep& accept) {
+  const AcceptStep accept_last = [&](const StepResult& result) {
+    return core.window.narrowed() || !accept ? Status() : accept(result);
+  };
+  StageTimes before;
+  while (true) {
+    Result<StepResult> result = pipeline->step(core, frame, kind, stop, accept_last);
+    if (!result) return result;
+    StageTimes& ms = result.value().statistics.ms;
+    for (double StageTimes::*stage : {&StageTimes::total, &StageTimes::refit, &StageTimes::front,
+                                      &StageTimes::elementary, &StageTimes::adjacent})
+      before.*stage = ms.*stage += before.*stage;
+    if (!core.window.narrowed()) return result;
+    const StepResult& first = result.value();
+    const double toi = first.earliest_toi.value_or(2);
+    core.window.next(first.world_tois.empty() ? std::span(&toi, 1) : first.world_tois);
+  }
 }
 
 void WarmScene::drop_trial() noexcept {

@@ -38,6 +38,10 @@ struct WarmScene {
   void drop_trial() noexcept;
 
   std::size_t memory_bytes() const { return core.memory_bytes() + pipeline->memory_bytes(); }
+
+ private:
+  // Of distances that are kept: see KeptWindow.
+  Result<StepResult> ask_in_turns(const Frame& frame, Kind kind, StopSignal stop, const AcceptStep& accept);
 };
 
 }  // namespace warmfront
