@@ -187,12 +187,24 @@ Verdict search_pair(const TurningPair& pair, const CertifiedOptions& options) {
 }
 
 // How far points of a side travel at most.
-double way_of_side(const TurningPair& pair, std::size_t which) {
+double way_of_side(const TurningPair& pair, const Chords& chords, std::size_t which) {
   const std::size_t of_first = pair.features.kind == ContactKind::kVertexFace ? 1 : 2;
   double way = 0;
   for (std::size_t k = which == 0 ? 0 : of_first; k < (which == 0 ? of_first : 4); ++k)
     way = std::max(way, way_of(*pair.features.vertex[k]));
-  return way + Chords(pair).arc_of_side(which);
+  return way + chords.arc_of_side(which);
+}
+
+// Is a pair, that has so much to approach, told of no earlier than that? The direction of the closest points
+// at the start keeps it beyond its own separation by more than a piece that is told of is from its chords,
+// twice, and what the test of these allows itself; pieces that are no shorter than a sixth of the square root
+// of `latest` do so, too, so that they are too few for kBudget.
+// `way`: how far points of both travel at most, together. A velocity differs from its mean, along the line,
+// by no more than half of the greatest second derivative.
+bool surely_later(const Chords& chords, double way, double approach, const CertifiedOptions& options) {
+  const double speed = way + 3 * (chords.arc_of_side(0) + chords.arc_of_side(1));
+  const double allowed = (4 * options.tolerance + 0x1p-16) * 2 * chords.margins().size;
+  return approach > (speed * options.latest + allowed) * (1 + 0x1p-2);
 }
 
 }  // namespace
@@ -214,12 +226,17 @@ Verdict turning_keep_distance_test(const TurningPair& pair, const KeepDistance& 
   const double beyond = query.scaled(keep.beyond);
   const double distance = distance_above(closest_direction(query, 0));
   const double own = std::max((keep.share * distance + (1 - keep.share) * beyond) * (1 + 0x1p-48), beyond);
-  if (!(distance_below(query, 0.0) > own * (1 + 0x1p-40) + 0x1p-40))
-    return {true, ContactStatus::kOverlapAtStart, 0};
-  const double widest = keep.widest(way_of_side(pair, 0), way_of_side(pair, 1));
+  const double below = distance_below(query, 0.0);
+  if (!(below > own * (1 + 0x1p-40) + 0x1p-40)) return {true, ContactStatus::kOverlapAtStart, 0};
+  const Chords chords(pair);
+  const double way_of_first = way_of_side(pair, chords, 0);
+  const double way_of_second = way_of_side(pair, chords, 1);
+  const double widest = keep.widest(way_of_first, way_of_second);
   options.min_separation = std::min(query.unscaled(own) * (1 + 0x1p-40), widest);
   const double approach = (1 - keep.share) * std::max(0.0, distance - beyond);
   options.tolerance = std::min(options.tolerance, std::max(0x1p-40, 0x1p-7 * approach / query.size));
+  const double least = query.unscaled((1 - keep.share) * std::max(0.0, below - beyond) * (1 - 0x1p-40));
+  if (surely_later(chords, way_of_first + way_of_second, least, options)) return {};
   return search_pair(pair, options);
 }
 

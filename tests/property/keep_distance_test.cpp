@@ -130,6 +130,13 @@ TEST(KeepDistance, IsNeverLateOnTheTortureFamilies) {
       SCOPED_TRACE(std::string(family.name) + " " + std::to_string(trial) + " " + to_text(query));
       const Verdict verdict = keep_distance_test(query.features(), keep, {});
       reported += verdict.contact ? 1 : 0;
+      for (const double latest : {0.5 * verdict.toi, verdict.toi, std::min(1.0, 1.01 * verdict.toi)}) {
+        const Verdict by_then = keep_distance_test(query.features(), keep, {.latest = latest});
+        ASSERT_EQ(by_then.contact, verdict.contact && verdict.toi <= latest);
+        if (by_then.contact) {
+          ASSERT_EQ(by_then.toi, verdict.toi);
+        }
+      }
       if (verdict.contact && verdict.status != ContactStatus::kBudget) {
         // What culls go by: nothing is reported that stays beyond the widest separation of such motions.
         const auto& v = query.vertices;

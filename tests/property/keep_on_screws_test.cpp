@@ -128,5 +128,26 @@ TEST(KeepDistance, OnScrewsIsThatOfAllPairsOneByOne) {
   EXPECT_GT(whole, 50);
 }
 
+// What is known to be first, or not, is not changed by what starts too far away to be first.
+TEST(KeepDistance, OnScrewsUpToATimeIsWhatIsFoundByThen) {
+  int found = 0, later = 0;
+  for (std::uint64_t seed = 1; seed <= 20000; ++seed) {
+    testing::TurningCase drawn(seed);
+    const KeepDistance keep{std::array{0.1, 0.5, 0.9}[drawn.below(3)], 0};
+    const Verdict whole = turning_keep_distance_test(drawn.pair(), keep, {});
+    for (const double latest : {0.5 * whole.toi, whole.toi, std::min(1.0, 1.01 * whole.toi), 0.3}) {
+      const Verdict verdict = turning_keep_distance_test(drawn.pair(), keep, {.latest = latest});
+      const bool by_then = whole.contact && whole.toi <= latest;
+      ASSERT_EQ(verdict.contact, by_then) << seed << ' ' << latest;
+      if (by_then) {
+        ASSERT_EQ(verdict.toi, whole.toi) << seed << ' ' << latest;
+      }
+      (by_then ? found : later) += 1;
+    }
+  }
+  EXPECT_GT(found, 2000);
+  EXPECT_GT(later, 2000);
+}
+
 }  // namespace
 }  // namespace warmfront
