@@ -28,4 +28,17 @@ struct FeatureBlock {
   void push(const FeaturePair& pair) { pairs[size++] = pair; }
 };
 
+/// Empties a block when it goes, also where testing its pairs throws: the thread may go on with other tasks
+/// of the step until all have heard of it, and these push theirs.
+class EmptiedBlock {
+ public:
+  explicit EmptiedBlock(FeatureBlock& block) : block_(block) {}
+  ~EmptiedBlock() { block_.size = 0; }
+  EmptiedBlock(const EmptiedBlock&) = delete;
+  EmptiedBlock& operator=(const EmptiedBlock&) = delete;
+
+ private:
+  FeatureBlock& block_;
+};
+
 }  // namespace warmfront

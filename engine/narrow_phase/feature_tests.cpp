@@ -103,6 +103,7 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
 
 void PairTester::test_features() {
   if (block_.size == 0) return;
+  const EmptiedBlock emptied(block_);
   input_->stop.check();
   const StageClock::In elementary(clock_, Stage::kElementary);
   if (input_->filter.rest_distance() > 0 && input_->options.pair_test != PairTest::kIntersection)
@@ -132,7 +133,6 @@ void PairTester::test_features() {
   } else {
     run_cascade(pairs);
   }
-  block_.size = 0;
 }
 
 void PairTester::look_after_exact(std::uint64_t exact_tests) const {

@@ -72,10 +72,9 @@ class PairTester {
   template <class Test>
   void recording_contacts(std::vector<Contact>& found, Test&& test) {
     flush();
-    recorder_ = &found;
+    const Recording recording(*this, found);
     test();
     flush();
-    recorder_ = nullptr;
   }
   /// Runs `test`, and also stores its result in `answer`: for Report::kCount the number, else the contacts.
   template <class Test>
@@ -112,6 +111,19 @@ class PairTester {
   }
 
  private:
+  // Contacts go to `found`, too, until this goes: other tasks of a step that fails are not to find it there.
+  class Recording {
+   public:
+    Recording(PairTester& tester, std::vector<Contact>& found) : tester_(tester) {
+      tester_.recorder_ = &found;
+    }
+    ~Recording() { tester_.recorder_ = nullptr; }
+    Recording(const Recording&) = delete;
+    Recording& operator=(const Recording&) = delete;
+
+   private:
+    PairTester& tester_;
+  };
   template <class Test>
   void tallying(ContactTally& tally, Test&& test) {
     flush();
