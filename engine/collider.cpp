@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "engine/digits.h"
 #include "engine/step/collider_impl.h"
 
 namespace warmfront {
@@ -170,7 +171,7 @@ Result<StepResult> Collider::intersections(Where where, const QuestionOptions& o
 Result<CommitResult> Collider::commit(double fraction, Rounding rounding) {
   Core& core = impl_->warm.core;
   if (!(fraction >= 0 && fraction <= 1))
-    return invalid_argument("fraction: " + std::to_string(fraction) + " is not in [0, 1]");
+    return invalid_argument("fraction: " + digits_of(fraction) + " is not in [0, 1]");
   if (!impl_->last_trial) return Error{ErrorCode::kFailedPrecondition, "commit: " + std::string(kNoTrial)};
   const Impl::Trial& trial = *impl_->last_trial;
   CommitResult result;

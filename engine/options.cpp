@@ -3,11 +3,12 @@
 
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <string>
 #include <tuple>
 #include <utility>
+
+#include "engine/digits.h"
 
 namespace warmfront {
 namespace {
@@ -72,16 +73,6 @@ Result<BoundsKind> parse_bounds_kind(std::string_view name) {
 Result<Report> parse_report(std::string_view name) {
   return value_of(kReports, "report", name);
 }
-
-namespace {
-
-/// As few as say the value: std::to_string() would call -1e-9 "-0.000000".
-std::string digits_of(double value) {
-  std::array<char, 32> digits{};
-  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
-}
-
-}  // namespace
 
 Status validate(const ColliderOptions& options) {
   if (!(options.tolerance > 0.0 && options.tolerance <= 1.0)) {

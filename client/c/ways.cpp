@@ -6,6 +6,7 @@
 #include "client/c/errors.h"
 #include "client/c/reading.h"
 #include "client/c/warmfront.h"
+#include "engine/digits.h"
 #include "engine/part_way.h"
 #include "engine/screw.h"
 
@@ -16,7 +17,7 @@ namespace {
 
 Status check(double fraction, std::int32_t type) {
   if (!(fraction >= 0 && fraction <= 1))
-    return invalid_argument("fraction: " + std::to_string(fraction) + " is not in [0, 1]");
+    return invalid_argument("fraction: " + digits_of(fraction) + " is not in [0, 1]");
   if (type != WF_FLOAT64 && type != WF_FLOAT32) return out_of("type", type, WF_FLOAT32);
   return {};
 }

@@ -6,6 +6,7 @@
 
 #include "client/lib/frame_cost.h"
 #include "client/lib/session_impl.h"
+#include "engine/digits.h"
 
 namespace warmfront::client {
 
@@ -148,7 +149,7 @@ Result<std::uint64_t> Session::Impl::send(SentFrame frame) {
   if (frame.needs_trial() && (!may_commit_ || (unanswered_.empty() && !last_trial_))) {
     // The engine looks at the fraction first.
     if (frame.commit && !(*frame.commit >= 0 && *frame.commit <= 1))
-      return invalid_argument(frame_name(next_number()) + ": fraction: " + std::to_string(*frame.commit) +
+      return invalid_argument(frame_name(next_number()) + ": fraction: " + digits_of(*frame.commit) +
                               " is not in [0, 1]");
     return LastTrial::none();
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/digits.h"
+
 namespace warmfront {
 
 namespace {
@@ -65,7 +67,7 @@ namespace {
 
 Status check_length(double thickness, const std::string& where) {
   if (thickness >= 0 && thickness <= kMostThickness) return {};
-  return invalid_argument(where + ": is " + std::to_string(thickness) +
+  return invalid_argument(where + ": is " + digits_of(thickness) +
                           "; give a length from 0 to 2^1020, in the scene's unit");
 }
 

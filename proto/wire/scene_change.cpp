@@ -80,6 +80,8 @@ Result<SceneChange> change_from(const v1::SceneChange& message, bool float32, co
       return SceneChange(std::move(add).value());
     }
     case v1::SceneChange::kChange: {
+      if (!message.change().has_body())
+        return invalid_argument(where + ".change.body: is missing; give all of the body's description");
       Result<Body> body = body_from(message.change().body(), where + ".change.body");
       if (!body) return body.error();
       return SceneChange(ChangeBody{message.change().index(), std::move(body).value()});

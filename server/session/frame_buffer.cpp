@@ -101,6 +101,7 @@ Status FrameBuffer::complete(const Scene& scene) {
 Status FrameBuffer::split_bodies(const Scene& scene) {
   bodies_.clear();
   std::size_t first = 0;
+  bool cut = false;  // there may be more bodies
   for (const std::uint32_t body : indices(kBodies)) {
     if (body >= scene.bodies().size())
       return fail("moved.bodies: body " + std::to_string(body) + " is not in [0, " +
@@ -108,6 +109,7 @@ Status FrameBuffer::split_bodies(const Scene& scene) {
     const std::size_t count = std::size_t{3} * scene.bodies()[body].vertex_count;
     if ((first + count) * size_of(dtype_) > bytes_[kBodyPositions].size()) {
       first += count;
+      cut = true;
       break;
     }
     bodies_.push_back({body, numbers(kBodyPositions, first, count)});
@@ -115,7 +117,8 @@ Status FrameBuffer::split_bodies(const Scene& scene) {
   }
   if (first * size_of(dtype_) != bytes_[kBodyPositions].size())
     return fail("moved.body_positions: " + bytes_of(bytes_[kBodyPositions].size()) + ", but " +
-                bytes_of(first * size_of(dtype_)) + " or more are expected for the bodies named");
+                bytes_of(first * size_of(dtype_)) + (cut ? " or more" : "") +
+                " are expected for the bodies named");
   return {};
 }
 

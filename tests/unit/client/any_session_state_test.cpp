@@ -149,6 +149,7 @@ TYPED_TEST(AnySessionState, ACommitOfNoFractionIsThatWithoutATrialToo) {
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument) << session.is_remote();
     EXPECT_EQ(refused.error().message, "frame 1: fraction: nan is not in [0, 1]");
+    EXPECT_EQ(session.commit(1.0000001).error().message, "frame 1: fraction: 1.0000001 is not in [0, 1]");
     EXPECT_EQ(session.commit(0.5).error().code, ErrorCode::kFailedPrecondition);
   }
 }

@@ -135,6 +135,8 @@ TEST(FrameBufferTest, PiecesAreCheckedAgainstTheScene) {
   EXPECT_THAT(complain({.bodies = bytes({7})}), HasSubstr("body 7 is not in [0, 5)"));
   EXPECT_THAT(complain({.bodies = bytes({3}), .body_positions = "12345678"}),
               HasSubstr("moved.body_positions"));
+  EXPECT_THAT(complain({.bodies = {}, .body_positions = "12345678"}),
+              HasSubstr("moved.body_positions: 8 bytes, but 0 bytes are expected"));
   EXPECT_THAT(complain({.poses = std::string(48, 'x')}),
               HasSubstr("96 bytes are expected for 2 rigid bodies"));
   EXPECT_THAT(complain({.vertices = bytes({1})}), HasSubstr("12 bytes are expected for 1 vertices"));

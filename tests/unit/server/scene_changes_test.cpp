@@ -164,6 +164,19 @@ class ChangedSceneTest : public ServiceTest {
   }
 };
 
+TEST_F(ChangedSceneTest, AChangeWithoutADescriptionIsRefused) {
+  ASSERT_TRUE(create_with_bodies().ok());
+  v1::ChangeSceneRequest request;
+  request.set_session_id(kId);
+  request.set_next_frame(1);
+  request.add_changes()->mutable_change()->set_index(0);
+  Context context;
+  v1::ChangeSceneResponse response;
+  const grpc::Status refused = stub_->ChangeScene(&context, request, &response);
+  EXPECT_EQ(refused.error_code(), StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(refused.error_message(), HasSubstr("changes[0].change.body: is missing"));
+}
+
 TEST_F(ChangedSceneTest, AFrameAnsweredBeforeIsAnsweredAgain) {
   ASSERT_TRUE(create_with_bodies().ok());
   v1::StepResponse first, again;
