@@ -8,7 +8,7 @@
 namespace warmfront {
 
 std::array<double, 3> Pose::place(const double* x) const {
-  return warmfront::place(*this, x);
+  return PlacedBy(*this)(x);
 }
 
 Pose in_float32(const Pose& pose) {

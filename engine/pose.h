@@ -16,8 +16,9 @@ namespace warmfront {
 struct Pose {
   std::array<double, 12> matrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-  /// ((R_0 x_0 + R_1 x_1) + R_2 x_2) + t, each operation rounded once, so that every machine computes the same bits. Out of
-  /// line: compiled into a caller, a product and a sum may become one instruction that rounds once for both.
+  /// ((R_0 x_0 + R_1 x_1) + R_2 x_2) + t, each operation rounded once, so that every machine computes the
+  /// same bits; of the identity x itself, of which the sum would make 0 where it is -0. Out of line: compiled
+  /// into a caller, a product and a sum may become one instruction that rounds once for both.
   std::array<double, 3> place(const double* x) const;
 
   friend bool operator==(const Pose&, const Pose&) = default;

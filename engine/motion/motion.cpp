@@ -231,16 +231,18 @@ void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const 
                         const Pose& from, const Pose& to, std::optional<From> at_from, RangeMotion& range,
                         StopSignal stop) {
   expect_all(range);
+  const PlacedBy start(from);
+  const PlacedBy goal(to);
   const Moved moved = over_range(first, end, range, stop, [&](std::uint32_t v, Moved& sum) {
     VertexMotion& vertex = vertices_[v];
     const double* x = reference.data() + std::size_t{3} * (v - first);
     if (at_from == From::kEnd) {
       vertex.t0 = vertex.t1;
     } else if (!at_from) {
-      const auto x0 = place(from, x);
+      const auto x0 = start(x);
       vertex.t0 = {x0[0], x0[1], x0[2], 0.0};
     }
-    const auto x1 = place(to, x);
+    const auto x1 = goal(x);
     vertex.t1 = {x1[0], x1[1], x1[2], 0.0};
     states_[v] = same_bits(vertex.t0, vertex.t1) ? kChanged : kMoving | kChanged;
     sum.add(states_[v]);

@@ -300,7 +300,7 @@ class SceneState:
     def placed_body(self, index: int) -> npt.NDArray[np.float64]:
         x = self.body_rows(index).astype(np.float64)
         pose = self.poses[index]
-        if pose is None:
+        if pose is None or np.array_equal(pose, np.eye(3, 4)):  # the sum would make 0 of -0
             return x
         # In the engine's order of operations, each rounded once: the same bits.
         at: npt.NDArray[np.float64] = ((pose[:, 0] * x[:, 0:1] + pose[:, 1] * x[:, 1:2]) + pose[:, 2] * x[:, 2:3]) + pose[:, 3]

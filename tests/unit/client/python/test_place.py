@@ -26,6 +26,19 @@ def test_it_meets_nothing_on_the_way(anywhere):
         assert session.last_frame == 4 and not session.step(BEFORE)
 
 
+def test_a_trial_by_poses_leaves_the_sign_of_zero(anywhere):
+    V = np.array([[-0.0, -1, 0], [1, 0, 0], [0, 1, 0], [-.5, -.2, 0], [.8, -.2, 0], [.2, .3, .5]])
+    with anywhere.session(V, [[0, 1, 2], [3, 4, 5]], bodies=[Body(3, "rigid"), Body(3)]) as session:
+        assert session.max_step(V).fraction == 1
+        session.trial(poses={0: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, .1]]})
+        session.commit(0)
+        assert np.signbit(session.positions[0, 0])
+        assert session.max_step(session.positions).fraction == 1
+        session.place(poses={0: np.eye(3, 4)})
+        assert np.signbit(session.positions[0, 0])
+        assert session.max_step(session.positions).fraction == 1
+
+
 def test_it_comes_again_with_the_session(daemon, client):
     down = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -2]], float)
 
