@@ -39,7 +39,7 @@ class KeptWindow {
   /// all have, and `length` that of an edge.
   double narrow(double widest, double beyond, double length) noexcept {
     const double tried = beyond + std::ldexp(length, kDoublings * turn_);
-    narrowed_ = length > 0 && widest > beyond + kMuchWider * (tried - beyond);
+    narrowed_ = length > 0 && turn_ < kMostTurns && widest > beyond + kMuchWider * (tried - beyond);
     return narrowed_ ? tried : widest;
   }
   /// Did they go by less, so that contacts may be missing?
@@ -56,6 +56,8 @@ class KeptWindow {
  private:
   static constexpr int kDoublings = 3;
   static constexpr double kMuchWider = 4;
+  /// Where edges are that short beside the motion, trying wider ones only repeats the question.
+  static constexpr int kMostTurns = 8;
 
   std::vector<double> until_;
   int turn_ = 0;

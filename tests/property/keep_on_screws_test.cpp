@@ -13,6 +13,7 @@
 #include "tests/support/brute_force.h"
 #include "tests/support/draws.h"
 #include "tests/support/scenes.h"
+#include "tests/support/screw_oracle.h"
 #include "tests/support/workers.h"
 
 namespace warmfront {
@@ -48,18 +49,9 @@ struct Row {
   }
   // About an axis through the middle of a body.
   static Pose turned(Draws& draws, double middle, double angle, double way) {
-    std::array<double, 3> axis{draws.uniform(1), draws.uniform(1), draws.uniform(1) + 2};
-    const double length = std::hypot(axis[0], axis[1], axis[2]);
-    for (double& a : axis) a /= length;
-    const auto [x, y, z] = axis;
-    const std::array<std::array<double, 3>, 3> cross{{{0, -z, y}, {z, 0, -x}, {-y, x, 0}}};
-    Pose pose;
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j)
-        pose.matrix[4 * i + j] = (i == j ? std::cos(angle) : 0) + std::sin(angle) * cross[i][j] +
-                                 (1 - std::cos(angle)) * axis[i] * axis[j];
-      pose.matrix[4 * i + 3] = (i == 0 ? middle : 0) - pose.matrix[4 * i] * middle + way * draws.uniform(1);
-    }
+    Pose pose = testing::drawn_pose(draws, angle, way);
+    for (std::size_t i = 0; i < 3; ++i)
+      pose.matrix[4 * i + 3] += (i == 0 ? middle : 0) - pose.matrix[4 * i] * middle;
     return pose;
   }
   Frame frame() const {
