@@ -240,7 +240,8 @@ void SceneState::apply(ChangeBody&& change) {
   if (!body.half_space) body.half_space = old.half_space;  // of one that is removed
   // Its new description also places it.
   if (body.half_space && (body.kind != old.kind || body.half_space != old.half_space)) poses_[index].reset();
-  if (poses_[index] && body.kind != BodyKind::kRigid) {
+  // One that is removed keeps its pose, which is of interest to who asks where its vertices are.
+  if (poses_[index] && body.kind != BodyKind::kRigid && body.kind != BodyKind::kRemoved) {
     for (std::uint32_t v = 0; v < old.vertex_count && !float32_; ++v) {
       char* row = own_positions().data() + 3 * sizeof(double) * (old.first_vertex + v);
       std::array<double, 3> x;

@@ -43,6 +43,11 @@ T value_at(std::string_view bytes, std::size_t index) {
   return value;
 }
 
+/// Where it is no frame says: one of all positions repeats them, or gives for what was removed anything.
+bool stays(const Body& body) {
+  return body.kind == BodyKind::kStatic || body.kind == BodyKind::kRemoved;
+}
+
 }  // namespace
 
 SceneState::SceneState(SceneDescription scene, const Positions& positions)
@@ -96,7 +101,7 @@ void SceneState::describe(v1::SessionHeader& header) const {
   for (const Body& body : scene_.bodies) *header.add_bodies() = to_proto(body);
   wire::set_body_pairs(*header.mutable_excluded_pairs(), scene_.excluded_pairs);
   for (std::uint32_t b = 0; b < poses_.size(); ++b) {
-    if (!poses_[b]) continue;
+    if (!poses_[b] || scene_.bodies[b].kind == BodyKind::kRemoved) continue;
     append_value(*header.mutable_pose_bodies(), b);
     append_value(*header.mutable_poses(), poses_[b]->matrix);
   }
@@ -210,23 +215,37 @@ void SceneState::move_rows(std::uint32_t first, const char* bytes, std::size_t v
     move_part_way<double>(first, bytes, vertices, pose, fraction);
 }
 
+// What stays has the bits that it had: 0 may be given for -0, which would be a motion to who looks closely.
+void SceneState::take_all(const FrameBytes& positions) {
+  const auto rows_in = [this](std::string_view all, const Body& body) {
+    const std::size_t row = 3 * number_size();
+    return all.substr(row * body.first_vertex, row * body.vertex_count);
+  };
+  std::optional<std::string> kept;
+  for (const Body& body : scene_.bodies) {
+    if (!stays(body)) continue;
+    const std::string_view now = rows_in(this->positions(), body);
+    const std::string_view given = rows_in(positions.view(), body);
+    if (now == given) continue;
+    if (!kept) kept.emplace(positions.view());
+    now.copy(kept->data() + (given.data() - positions.data()), now.size());
+  }
+  own_ = std::move(kept);
+  positions_ = own_ ? FrameBytes() : positions;
+  for (std::size_t b = 0; b < poses_.size(); ++b) {
+    if (!scene_.bodies[b].half_space && !stays(scene_.bodies[b])) poses_[b].reset();
+  }
+}
+
 void SceneState::take(const SentFrame& frame, double fraction) {
   if (fraction == 0) return;
-  if (!frame.moved && fraction == 1) {
-    positions_ = frame.positions;
-    own_.reset();
-    for (std::size_t b = 0; b < poses_.size(); ++b) {
-      if (!scene_.bodies[b].half_space) poses_[b].reset();
-    }
-    return;
-  }
+  if (!frame.moved && fraction == 1) return take_all(frame.positions);
   if (!frame.moved) {
     const char* rows = frame.positions.data();
     if (scene_.bodies.empty()) move_rows(0, rows, scene_.vertex_count, std::nullopt, fraction);
     for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
       const Body& body = scene_.bodies[b];
-      // Where those are is given and checked, or of no interest; half-spaces have no positions.
-      if (body.kind == BodyKind::kStatic || body.kind == BodyKind::kRemoved || body.half_space) continue;
+      if (stays(body) || body.half_space) continue;
       move_rows(body.first_vertex, rows + 3 * number_size() * body.first_vertex, body.vertex_count, poses_[b],
                 fraction);
       poses_[b].reset();

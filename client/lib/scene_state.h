@@ -65,6 +65,7 @@ class SceneState {
 
   std::size_t number_size() const { return float32_ ? sizeof(float) : sizeof(double); }
   Status check_kind(const Positions& positions, std::size_t vertices, const std::string& where) const;
+  void take_all(const FrameBytes& positions);
   /// Moves vertices from where they are, in the body's pose, to the rows in `bytes`, up to `fraction` of the
   /// way.
   void move_rows(std::uint32_t first, const char* bytes, std::size_t vertices,
@@ -103,7 +104,8 @@ class SceneState {
   bool float32_;
   FrameBytes positions_;                    // of the upload or of the last frame with all, ...
   std::optional<std::string> own_;          // ... unless they were changed since
-  std::vector<std::optional<Pose>> poses_;  // by body: rigid bodies that last moved by poses
+  std::vector<std::optional<Pose>>
+      poses_;  // by body: rigid bodies that last moved by poses; removed ones too
 };
 
 }  // namespace warmfront::client

@@ -18,6 +18,7 @@ class Reader {
   /// kInvalidArgument for an invalid recording or an unknown version, with the path and the byte.
   static Result<Reader> open(const std::string& path);
 
+  const std::string& path() const { return path_; }
   const v1::RecordingHeader& header() const { return header_; }
   /// The next record; none at the end. kInvalidArgument for a malformed record, with its byte.
   Result<std::optional<v1::RecordedMessage>> next();

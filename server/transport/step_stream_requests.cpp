@@ -23,10 +23,13 @@ void StepStream::handle(StreamRequest& request, Way way) {
     case v1::StreamStepsRequest::kDetach:
       return half_closed();
     case v1::StreamStepsRequest::kSharedMemory:
-      if (way == Way::kStream) return end(out_of_place("shared_memory is asked for on the socket beside"));
+      if (way == Way::kStream)
+        return end(out_of_place("shared_memory: is asked for on the socket beside; send it there"));
       return give_memory(request.message.shared_memory());
     case v1::StreamStepsRequest::kOnStream: {
-      if (way == Way::kStream) return end(out_of_place("on_stream is of the socket beside"));
+      if (way == Way::kStream)
+        return end(out_of_place(
+            "on_stream: is of the socket beside; leave it out, as here all comes on the stream"));
       const MutexLock lock(mutex_);
       on_stream_ = true;
       return;

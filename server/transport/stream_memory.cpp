@@ -106,14 +106,6 @@ Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool others,
                                        const std::shared_ptr<StreamMemory>& memory) {
   const bool has_positions = step.has_shared_positions();
   const bool has_moved = step.has_shared_moved();
-  const bool has_room = step.has_answer_room();
-  // Of no use to a recording.
-  const v1::SharedBytes positions = std::move(*step.mutable_shared_positions());
-  const v1::SharedMovedParts moved = std::move(*step.mutable_shared_moved());
-  const v1::SharedBytes room = std::move(*step.mutable_answer_room());
-  step.clear_shared_positions();
-  step.clear_shared_moved();
-  step.clear_answer_room();
   if (step.more())
     return invalid("shared_positions, shared_moved, answer_room: are of a frame's last message");
   if ((has_positions || has_moved) &&
@@ -128,14 +120,20 @@ Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool others,
     if (!fault) fault = beyond(field, bytes, memory);
     return {};
   };
-  if (has_positions) parts.positions = at("shared_positions", positions);
-  if (has_moved) parts.moved = moved_at(moved, at);
+  if (has_positions) parts.positions = at("shared_positions", step.shared_positions());
+  if (has_moved) parts.moved = moved_at(step.shared_moved(), at);
   if (!fault && parts.moved && bytes_of(*parts.moved) > memory->mapping().size())
     fault = invalid(
         "shared_moved: its fields overlap, as together they are longer than the memory; give each its own "
         "place");
-  if (has_room && !at("answer_room", room).empty()) parts.room = {memory, room.offset(), room.length()};
+  if (const v1::SharedBytes& room = step.answer_room();
+      step.has_answer_room() && !at("answer_room", room).empty())
+    parts.room = {memory, room.offset(), room.length()};
   if (fault) return *std::move(fault);
+  // Of no use to a recording, unless they are why the frame is refused.
+  step.clear_shared_positions();
+  step.clear_shared_moved();
+  step.clear_answer_room();
   return parts;
 }
 

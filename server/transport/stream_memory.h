@@ -62,7 +62,7 @@ struct SharedParts {
 
 /// Takes that out of the frame's message. `others`: the frame has positions, or what moved, from elsewhere.
 /// `memory`: the stream's; null where it has none. INVALID_ARGUMENT for what is not within it, and for a
-/// message that may not say so.
+/// message that may not say so: the message is then left as it is.
 Outcome<SharedParts> take_shared_parts(v1::StepFrame& step, bool others,
                                        const std::shared_ptr<StreamMemory>& memory);
 

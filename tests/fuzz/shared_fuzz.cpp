@@ -38,13 +38,13 @@ void daemon_side(const std::string& bytes, std::size_t rows, bool alone) {
   static std::atomic<std::uint64_t> all{0};
   static const auto memory = server::StreamMemory::create(account, kBytes, all).value();
   const auto parts = server::take_shared_parts(step, alone, memory);
-  expect(!step.has_shared_positions() && !step.has_shared_moved() && !step.has_answer_room(),
-         "nothing of it is left in the frame");
   if (!parts) {
     expect(parts.fault().code == ErrorCode::kInvalidArgument && !parts.fault().message.empty(),
            "a frame is refused with words");
     return;
   }
+  expect(!step.has_shared_positions() && !step.has_shared_moved() && !step.has_answer_room(),
+         "nothing of it is left in the frame");
   server::SharedMapping& mapping = memory->mapping();
   const std::string_view whole = mapping.read(0, mapping.size());
   const auto is_within = [&](std::string_view bytes) {

@@ -107,6 +107,11 @@ Result<PositionBuffer> positions_of(const std::string& bytes, bool float32, std:
 }
 
 Result<WireFrame> WireFrame::read(std::span<const v1::StepFrame> parts, bool float32, const Scene& scene) {
+  for (const v1::StepFrame& part : parts) {
+    // What a daemon took from there is in the recording in its place.
+    if (part.has_shared_positions() || part.has_shared_moved() || part.has_answer_room())
+      return invalid_argument("shared memory: the frame names bytes of it that the daemon did not take");
+  }
   WireFrame frame;
   frame.whole_ = std::ranges::none_of(parts, &v1::StepFrame::has_moved);
   std::string whole;

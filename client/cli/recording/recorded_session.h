@@ -44,6 +44,7 @@ class RecordedSession {
   /// inconsistent; the message names the path and the byte.
   static Result<RecordedSession> open(const std::string& path);
 
+  const std::string& path() const { return reader_.path(); }
   const v1::RecordingHeader& header() const { return reader_.header(); }
   const v1::SessionHeader& session() const { return session_; }
   bool float32() const { return session_.dtype() == v1::DTYPE_FLOAT32; }

@@ -52,7 +52,7 @@ int replay_verb(const ReplayArguments& a) {
                    : make_remote_target(recorded.value(), a.server, a.connection);
   if (!target) return failure(target.error().message);
   const Result<ReplayResult> replayed = replay(recorded.value(), *target.value(), [](std::uint64_t) {});
-  if (!replayed) return failure(a.file + ": " + replayed.error().message);
+  if (!replayed) return failure(replayed.error().message);
   const ReplayResult& result = replayed.value();
   if (!a.json_file.empty()) {
     if (Status status = write_text(a.json_file, to_json(recorded.value(), result)); !status)

@@ -118,7 +118,7 @@ Result<ReplayResult> replay(RecordedSession& recorded, ReplayTarget& target,
     if (!event.value()) break;
     const auto* step = std::get_if<RecordedStep>(&*event.value());
     const Status done = step ? replay.step(*step) : replay.change(std::get<RecordedChange>(*event.value()));
-    if (!done) return done.error();
+    if (!done) return Error{done.error().code, recorded.path() + ": " + done.error().message};
     progress(result.steps + result.placements);
   }
   result.defect = result.difference.empty() ? recorded.defect() : "";

@@ -98,9 +98,9 @@ class Backend(Protocol):
         """In place of close(), of a session that was lost: what was opened for it alone ends."""
 
 
-def only_with_trial(kind: str) -> str:
+def only_with_trial(method: str) -> str:
     """Why a commit, or a question about a trial's end, is refused where there is none."""
-    return (f"{kind}: there is no trial to take since the last step, place, commit, failure or change of the scene or its options; "
+    return (f"{method}: there is no trial to take since the last step, place, commit, failure or change of the scene or its options; "
             "ask for a trial() or max_step() first")
 
 

@@ -9,7 +9,6 @@ from typing import Optional, Union
 from ._backend import Answer, only_with_trial
 from ._contacts import REDUCED, AnswerPart, error_from, finish, intersections_of, max_step_of, up_to, vertex_distances_of
 from ._frame import Request, SentCommit
-from ._question import QuestionKind
 from ._resume import Link, TimeUp
 from .answer import Contacts
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, InternalError, UnavailableError,
@@ -38,12 +37,12 @@ class Exchange:
             raise FailedPreconditionError(f"{link.window} frames are unanswered, which is the daemon's window; take an answer "
                                           "before sending more")
 
-    def check_trial(self, kind: QuestionKind) -> None:
+    def check_trial(self, method: str) -> None:
         """FailedPreconditionError where a commit, or a question about a trial's end, would find no trial: the daemon may have an
         earlier one than this session, where a later one was given up."""
         link = self._link
         if not link.may_commit or (not link.unanswered and link.trial is None):
-            raise FailedPreconditionError(only_with_trial(kind))
+            raise FailedPreconditionError(only_with_trial(method))
 
     def submit(self, request: Request) -> None:
         """After the checks."""

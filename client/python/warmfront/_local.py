@@ -151,7 +151,7 @@ class Local:
             return self._committed(answer, fraction, number)
         array, parts, moved = self._read(number, motion)
         if question.of_trial_end:
-            self._check_trial(question.kind)
+            self._check_trial(question.method)
         asked = self._questions.get(question.content) or self._kept(question)
         try:
             answer = engine.ask(asked, array, parts, timeout)
@@ -180,7 +180,7 @@ class Local:
         else:
             array, parts, moved = self._read(number, motion)
             if question.of_trial_end:
-                self._check_trial(question.kind)
+                self._check_trial(question.method)
             self._check_room()
             asked = _Asked(number, question, moved, 1.0, engine.submit(self._kept(question), array, parts))
         self._asked.append(asked)
@@ -229,9 +229,9 @@ class Local:
             raise FailedPreconditionError(f"{_WINDOW} frames are unanswered, which is the session's window; take an answer "
                                           "before sending more")
 
-    def _check_trial(self, kind: str) -> None:
+    def _check_trial(self, method: str) -> None:
         if not self._may_commit or (not self._asked and self._trial is None):
-            raise FailedPreconditionError(only_with_trial(kind))
+            raise FailedPreconditionError(only_with_trial(method))
 
     def _told(self, error: WarmfrontError, number: int, timeout: Optional[float]) -> WarmfrontError:
         if self.failed is not None and isinstance(error, CancelledError):

@@ -42,6 +42,11 @@ class Question:
     keeps_distance: bool = False
 
     @property
+    def method(self) -> str:
+        """Of a session, that asks it."""
+        return "vertex_distances" if self.by_vertex else self.kind
+
+    @property
     def is_trial(self) -> bool:
         """Whether its motion may be committed."""
         return self.kind in ("trial", "max_step")

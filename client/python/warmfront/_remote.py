@@ -16,8 +16,8 @@ from ._question import Question
 from ._resume import Link, TimeUp
 from ._scene_changes import ChangesInOne, SceneChange
 from ._state import SceneState
-from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, UnavailableError, UnimplementedError, WarmfrontError,
-                     may_resume)
+from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, NotFoundError, UnavailableError, UnimplementedError,
+                     WarmfrontError, may_resume)
 from .info import SessionInfo
 from .options import Options, check_options
 from .v1 import session_pb2
@@ -71,7 +71,10 @@ class Remote:
         return self.state.placed().astype(self.state.dtype)
 
     def info(self) -> SessionInfo:
-        return SessionInfo.read_from(self.link.connection.get(self.link.session_id))
+        try:
+            return SessionInfo.read_from(self.link.connection.get(self.link.session_id))
+        except NotFoundError as error:
+            raise NotFoundError(f"{error.message}; the session's next frame creates it there again", reason=error.reason) from None
 
     def close(self) -> None:
         # The stream and the frames are the waiting thread's, which may be in the middle of them.
@@ -109,10 +112,10 @@ class Remote:
                 raise type(error)(f"frame {number}: {error.message}") from None
         if motion is not None:
             if question.content and link.known is None:
-                raise UnimplementedError(f"{question.kind}: the daemon is older than trials and options of one question; use "
+                raise UnimplementedError(f"{question.method}: the daemon is older than trials and options of one question; use "
                                          "one that is as new as this client")
             if request.needs_trial:
-                self.exchange.check_trial(question.kind)
+                self.exchange.check_trial(question.method)
         self.exchange.check_room()
         self.exchange.submit(request)
         return number

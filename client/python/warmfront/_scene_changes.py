@@ -187,7 +187,7 @@ class ChangeBody:
             if body.kind != old.kind or now != before:
                 state.poses[index] = None  # where its new description says
         state.bodies[index] = replace(body, first_vertex=old.first_vertex, vertex_count=old.vertex_count)
-        if state.poses[index] is None or body.kind == "rigid":
+        if state.poses[index] is None or body.kind in ("rigid", "removed"):  # where that was is still of interest
             return
         if state.dtype.itemsize == 8:
             state.body_rows(index)[:] = state.placed_body(index)

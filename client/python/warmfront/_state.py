@@ -46,6 +46,9 @@ def set_pairs(message: Any, pairs: Sequence[tuple[int, int]]) -> None:
             raise InvalidArgumentError(f"excluded_pairs[{k}]: {pair!r} are no two indices of bodies") from None
 
 
+_STAY = ("static", "removed")
+
+
 class SceneState:
     """The scene, and its positions after the last answered frame."""
 
@@ -101,9 +104,13 @@ class SceneState:
         header.ClearField("filters")
         if self.filters.given:
             self.filters.announce_in(header.filters)
-        posed = [b for b, pose in enumerate(self.poses) if pose is not None]
-        header.pose_bodies = np.array(posed, dtype="<u4").tobytes()
-        header.poses = b"".join(pose.tobytes() for pose in self.poses if pose is not None)
+        posed = self.posed()
+        header.pose_bodies = np.array(list(posed), dtype="<u4").tobytes()
+        header.poses = b"".join(pose.tobytes() for pose in posed.values())
+
+    def posed(self) -> dict[int, npt.NDArray[np.float64]]:
+        """Rigid bodies that last moved by poses; not what was removed at one."""
+        return {b: pose for b, pose in enumerate(self.poses) if pose is not None and self.bodies[b].kind != "removed"}
 
     # Frames.
 
@@ -166,7 +173,7 @@ class SceneState:
     def take(self, frame: SentFrame) -> None:
         """Makes an answered frame's positions current."""
         if frame.whole:
-            self._latest = frame.positions()
+            self._take_all(frame.positions())
             self._forget_poses()
             return
         self._take_bodies(frame)
@@ -175,6 +182,20 @@ class SceneState:
         vertices, rows = self._vertices_in(frame)
         if len(vertices) > 0:
             self.writable()[vertices] = rows
+
+    def _take_all(self, positions: Bytes) -> None:
+        """What stays has the bits that it had: 0 may be given for -0, which would be a motion to who looks closely."""
+        now, given = self.rows(), np.frombuffer(positions, self.dtype).reshape(-1, 3)
+        other = [rows for rows in self._rows_that_stay() if now[rows].tobytes() != given[rows].tobytes()]
+        self._latest = positions
+        for rows in other:
+            self.writable()[rows] = now[rows]
+
+    def _rows_that_stay(self) -> Iterator[slice]:
+        """Of the bodies whose place no frame says: one of all positions repeats them, or gives for what was removed anything."""
+        for body in self.bodies:
+            if body.kind in _STAY and body.first_vertex is not None:
+                yield slice(body.first_vertex, body.first_vertex + body.vertex_count)
 
     def _take_bodies(self, frame: SentFrame) -> None:
         """Bodies whose vertices follow one another are copied as one: there may be tens of thousands."""
@@ -200,9 +221,10 @@ class SceneState:
             return
         if frame.whole:
             end = np.frombuffer(frame.positions(), self.dtype).reshape(-1, 3)
-            rows = vertices_part_way(self.placed(), end.astype(np.float64), fraction, self.dtype)
-            self._latest = None
-            self._rows = rows.astype(self.dtype)
+            rows = vertices_part_way(self.placed(), end.astype(np.float64), fraction, self.dtype).astype(self.dtype)
+            for stay in self._rows_that_stay():
+                rows[stay] = self.rows()[stay]
+            self._rows, self._latest = rows, None
             self._forget_poses()
             return
         for b, end in self._bodies_in(frame):
@@ -240,8 +262,9 @@ class SceneState:
         self._rows = np.empty_like(self._rows)  # memory that is never touched is never there
 
     def _forget_poses(self) -> None:
-        """All vertices were given, which says nothing of half-spaces."""
-        self.poses = [pose if body.half_space is not None else None for body, pose in zip(self.bodies, self.poses)]
+        """All vertices were given, which says nothing of half-spaces, nor of what was removed."""
+        self.poses = [pose if body.half_space is not None or body.kind == "removed" else None
+                      for body, pose in zip(self.bodies, self.poses)]
 
     def _bodies_in(self, frame: SentFrame) -> Iterator[tuple[int, npt.NDArray[Any]]]:
         moved = np.frombuffer(frame.bytes_of(_frame.BODY_POSITIONS), self.dtype).reshape(-1, 3)

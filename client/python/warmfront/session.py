@@ -85,7 +85,7 @@ class AnySession(Uncopied, BackgroundQuestions, Changes):
         the positions last given of them say. After a commit of part of the way a body that turned without a screw is no rotation of
         its shape, and no frame takes its pose. FailedPreconditionError once the session is closed."""
         with self._turn:
-            return {b: pose.copy() for b, pose in enumerate(self._open().state.poses) if pose is not None}
+            return {b: pose.copy() for b, pose in self._open().state.posed().items()}
 
     def layout(self) -> object:
         """Another object once bodies were added or replaced, so that vertices, faces or bodies have other numbers."""
@@ -103,8 +103,8 @@ class AnySession(Uncopied, BackgroundQuestions, Changes):
         return self._open().state.topology().edges
 
     def info(self) -> SessionInfo:
-        """State of the session where it is computed. Keeps it from expiring in a daemon. FailedPreconditionError once the session
-        is closed."""
+        """State of the session where it is computed. Keeps it from expiring in a daemon. NotFoundError where the daemon has lost
+        it, until a frame or a change has created it again; FailedPreconditionError once the session is closed."""
         return self._open().info()
 
     def _open(self) -> Backend:

@@ -143,6 +143,33 @@ TYPED_TEST(AnySessionState, KeepsTheSignOfAZeroThatDidNotMove) {
   }
 }
 
+TYPED_TEST(AnySessionState, WhatStaysKeepsItsBitsWhenAllAreGiven) {
+  using Rows = typename TestFixture::Rows;
+  BodyPose at{1, turned_about_x(0.3)};
+  Frame posed;
+  posed.poses = {&at, 1};
+  for (AnySession& session : this->both_) {
+    std::vector<TypeParam> now = this->start_;
+    now[0] = 0;  // of the static one
+    ASSERT_TRUE(session.place(Frame(Rows(now))).ok() && session.step(posed).ok());
+    ASSERT_TRUE(session.change_body(1, {"", 0, 4, BodyKind::kRemoved}).ok());
+    std::vector<double> where = session.positions().value();
+    now[0] = TypeParam(-0.0);
+    std::fill_n(now.begin() + 9, 12, TypeParam(7));  // of the removed one
+    now[33] = 8;                                     // of the deformable one
+    where[33] = 8;
+    ASSERT_TRUE(session.step(Rows(now)).ok());
+    EXPECT_EQ(session.positions().value(), where) << session.is_remote();
+    EXPECT_FALSE(std::signbit(session.positions().value()[0])) << session.is_remote();
+    now[33] = 9;
+    ASSERT_TRUE(session.trial(Frame(Rows(now))).ok() && session.commit(0.5).ok());
+    where[33] = 8.5;
+    EXPECT_EQ(session.positions().value(), where) << session.is_remote();
+    EXPECT_EQ(session.poses().value().size(), 2U);
+  }
+  EXPECT_EQ(this->both_[0].positions().value(), this->both_[1].positions().value());
+}
+
 TYPED_TEST(AnySessionState, ACommitOfNoFractionIsThatWithoutATrialToo) {
   for (AnySession& session : this->both_) {
     const auto refused = session.commit(std::nan(""));

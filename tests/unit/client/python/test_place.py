@@ -39,6 +39,28 @@ def test_a_trial_by_poses_leaves_the_sign_of_zero(anywhere):
         assert session.max_step(session.positions).fraction == 1
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_what_stays_keeps_its_bits_when_all_are_given(anywhere, dtype):
+    V = np.array([[-0.0, -1, 0], [1, 0, 0], [0, 1, 0], [-.5, -.2, 5], [.8, -.2, 5], [.2, .3, 5.5], [9, 9, 9]], dtype)
+    turned = np.array([[.6, -.8, 0, .1], [.8, .6, 0, 0], [0, 0, 1, .3]])
+    bodies = [Body(3, "static"), Body(3, "rigid"), Body(1)]
+    with anywhere.session(V, [[0, 1, 2], [3, 4, 5]], bodies=bodies) as session:
+        session.step(poses={1: turned})
+        where = session.positions.copy()
+        session.change_body(1, Body(3, "removed"))
+        assert session.positions.tobytes() == where.tobytes(), "what is removed stays where it was, though it was at a pose"
+        given = where.astype(dtype)
+        given[0, 0], given[3:6], given[6] = 0, 7, 8
+        where[6] = 8
+        session.step(given)
+        assert session.positions.tobytes() == where.tobytes()
+        given[6] = 9
+        session.trial(given)
+        session.commit(.5)
+        where[6] = 8.5
+        assert session.positions.tobytes() == where.tobytes()
+
+
 def test_it_comes_again_with_the_session(daemon, client):
     down = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -2]], float)
 
