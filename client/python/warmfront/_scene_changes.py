@@ -186,7 +186,7 @@ class ChangeBody:
             before, now = (half_space_of(each.half_space, f"body {index}") for each in (old, body))
             if body.kind != old.kind or now != before:
                 state.poses[index] = None  # where its new description says
-        state.bodies[index] = replace(body, first_vertex=old.first_vertex, vertex_count=old.vertex_count)
+        state.describe_body(index, replace(body, first_vertex=old.first_vertex, vertex_count=old.vertex_count))
         if state.poses[index] is None or body.kind in ("rigid", "removed"):  # where that was is still of interest
             return
         if state.dtype.itemsize == 8:

@@ -14,6 +14,7 @@ from ._frame import Part, SentFrame
 from ._memory import SharedRegion
 from ._part_way import pose_part_way, vertices_part_way
 from ._screw import pose_along_screw
+from ._staying import Selection, rows_that_stay
 from ._question import Question
 from ._topology import Topology
 from ._wire import Bytes
@@ -46,9 +47,6 @@ def set_pairs(message: Any, pairs: Sequence[tuple[int, int]]) -> None:
             raise InvalidArgumentError(f"excluded_pairs[{k}]: {pair!r} are no two indices of bodies") from None
 
 
-_STAY = ("static", "removed")
-
-
 class SceneState:
     """The scene, and its positions after the last answered frame."""
 
@@ -73,6 +71,7 @@ class SceneState:
         self.filters = filters.copied(len(self._rows), lambda: self._rows)
         self.thickness = thickness_of(thickness, len(self._rows))
         self._topology: Optional[Topology] = None
+        self._staying: Optional[Selection] = None
         self.layout = object()  # another one where vertices or bodies have other numbers
         self.poses: list[Optional[npt.NDArray[np.float64]]] = [None] * len(self.bodies)
 
@@ -173,9 +172,7 @@ class SceneState:
     def take(self, frame: SentFrame) -> None:
         """Makes an answered frame's positions current."""
         if frame.whole:
-            self._take_all(frame.positions())
-            self._forget_poses()
-            return
+            return self._take_all(frame.positions())
         self._take_bodies(frame)
         for b, matrix in self._poses_in(frame):
             self.poses[b] = matrix
@@ -190,12 +187,11 @@ class SceneState:
         self._latest = positions
         for rows in other:
             self.writable()[rows] = now[rows]
+        self._forget_poses()
 
-    def _rows_that_stay(self) -> Iterator[slice]:
-        """Of the bodies whose place no frame says: one of all positions repeats them, or gives for what was removed anything."""
-        for body in self.bodies:
-            if body.kind in _STAY and body.first_vertex is not None:
-                yield slice(body.first_vertex, body.first_vertex + body.vertex_count)
+    def _rows_that_stay(self) -> Selection:
+        self._staying = rows_that_stay(self.bodies) if self._staying is None else self._staying
+        return self._staying
 
     def _take_bodies(self, frame: SentFrame) -> None:
         """Bodies whose vertices follow one another are copied as one: there may be tens of thousands."""
@@ -221,12 +217,8 @@ class SceneState:
             return
         if frame.whole:
             end = np.frombuffer(frame.positions(), self.dtype).reshape(-1, 3)
-            rows = vertices_part_way(self.placed(), end.astype(np.float64), fraction, self.dtype).astype(self.dtype)
-            for stay in self._rows_that_stay():
-                rows[stay] = self.rows()[stay]
-            self._rows, self._latest = rows, None
-            self._forget_poses()
-            return
+            rows = vertices_part_way(self.placed(), end.astype(np.float64), fraction, self.dtype)
+            return self._take_all(raw(rows.astype(self.dtype)))
         for b, end in self._bodies_in(frame):
             self.body_rows(b)[:] = vertices_part_way(self.placed_body(b), end.astype(np.float64), fraction, self.dtype)
             self.poses[b] = None
@@ -263,8 +255,9 @@ class SceneState:
 
     def _forget_poses(self) -> None:
         """All vertices were given, which says nothing of half-spaces, nor of what was removed."""
-        self.poses = [pose if body.half_space is not None or body.kind == "removed" else None
-                      for body, pose in zip(self.bodies, self.poses)]
+        for b, pose in enumerate(self.poses):
+            if pose is not None and self.bodies[b].half_space is None and self.bodies[b].kind != "removed":
+                self.poses[b] = None
 
     def _bodies_in(self, frame: SentFrame) -> Iterator[tuple[int, npt.NDArray[Any]]]:
         moved = np.frombuffer(frame.bytes_of(_frame.BODY_POSITIONS), self.dtype).reshape(-1, 3)
@@ -301,8 +294,13 @@ class SceneState:
     def replace_rows(self, first: int, end: int, rows: npt.NDArray[Any]) -> None:
         """Vertices [first, end) make way for others, at these positions: all behind them have other numbers."""
         self._rows = np.concatenate([self.writable()[:first], rows, self._rows[end:]])
-        self._topology = None
+        self._topology = self._staying = None
         self.layout = object()
+
+    def describe_body(self, index: int, body: Body) -> None:
+        """Another description of the same vertices."""
+        self.bodies[index] = body
+        self._staying = None
 
     def forget_topology(self) -> None:
         """Faces or edges are others."""

@@ -61,6 +61,20 @@ def test_what_stays_keeps_its_bits_when_all_are_given(anywhere, dtype):
         assert session.positions.tobytes() == where.tobytes()
 
 
+def test_what_stays_may_be_in_many_places(anywhere):
+    V = np.zeros((60, 3))
+    V[:, 0] = np.arange(60)
+    bodies = [Body(1, "static" if b % 2 else "deformable") for b in range(40)] + [Body(20, "static")]
+    with anywhere.session(V, np.empty((0, 3), np.int32), bodies=bodies) as session:
+        given = np.where(V == 0, -0.0, V)
+        session.step(given)
+        stays = np.repeat([b % 2 == 1 for b in range(40)] + [True], [1] * 40 + [20])
+        assert not np.signbit(session.positions[stays]).any() and np.signbit(session.positions[~stays]).any()
+        session.change_body(1, Body(1))
+        session.step(given)
+        assert np.signbit(session.positions[1, 1])
+
+
 def test_it_comes_again_with_the_session(daemon, client):
     down = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -2]], float)
 
