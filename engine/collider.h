@@ -69,9 +69,10 @@ class Collider {
   /// What starts nearer still is counted. It may move apart, or along; where it comes nearer at any time, be
   /// it by r from beyond m + r, the fraction is 0. Only the roundings of motions along may bring it within m.
   /// What starts within r may do what no rounding makes a passage; else the fraction is 0 though it moves
-  /// apart. With `leave_out_overlaps`, what starts so near is asked about without its separation, and what
-  /// touches at the start is not asked about: that may be taken through, as by its roundings what starts
-  /// within r.
+  /// apart: what touches a face or an edge exactly is on neither side of it, and held; what touches a
+  /// half-space, or is in it, may leave it or go along. With `leave_out_overlaps`, what starts so near is
+  /// asked about without its separation, and what touches at the start is not asked about: that may be taken
+  /// through, as by its roundings what starts within r.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr,
                            Rounding rounding = Rounding::kFloat64);

@@ -19,12 +19,17 @@ Pose in_float32(const Pose& pose) {
 
 namespace {
 
-// Is R^T R at most the identity? Their difference then has no negative leading minor (Sylvester).
+// What a rotation is given with, its errors add up to: three of kPoseTolerance lengthen by as much, and the
+// way along a screw between two such by a little more.
+constexpr double kMostLonger = 16 * kPoseTolerance;
+
+// Is R^T R at most the identity, give or take that? Their difference then has no negative leading minor
+// (Sylvester).
 Status check_lengthens_nothing(const Pose& pose, const std::string& where) {
   double d[3][3];
   for (int a = 0; a < 3; ++a) {
     for (int b = 0; b < 3; ++b) {
-      d[a][b] = a == b ? 1 + kPoseTolerance : 0;
+      d[a][b] = a == b ? 1 + kMostLonger : 0;
       for (int row = 0; row < 3; ++row) d[a][b] -= pose.matrix[4 * row + a] * pose.matrix[4 * row + b];
     }
   }

@@ -31,8 +31,8 @@ Pose in_float32(const Pose& pose);
 /// Maximum entry of |R^T R - I|: float32 matrices pass.
 inline constexpr double kPoseTolerance = 1e-5;
 
-/// Which matrices pass: rotations, or also what is part of the way from one to another (part_way.h), which
-/// lengthens nothing.
+/// Which matrices pass: rotations, or also what is part of the way from one to another (part_way.h, screw.h),
+/// which lengthens nothing by more than 2^-13: what passes as a rotation passes as that.
 enum class PoseCheck : std::uint8_t { kRigid, kPartWay };
 
 /// kInvalidArgument, in words that begin with `where`, for a matrix that is not finite, or whose R is no

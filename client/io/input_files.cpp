@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/io/file.h"
+#include "client/io/file_order.h"
 #include "client/io/info_json.h"
 #include "client/io/input.h"
 #include "client/io/mesh_file.h"
@@ -194,6 +195,7 @@ Result<std::unique_ptr<Input>> open_mesh_files(std::span<const std::string> path
   if (!first.value().polygons.empty()) listed = first.value().faces;
   if (const Status status = make_scene_mesh(first.value(), paths[0]); !status) return status.error();
   std::vector<std::string> notes = notes_on(first.value(), paths[0]);
+  if (const auto note = numbers_out_of_order(paths)) notes.push_back(*note);
   SceneDescription scene = describe(first.value());
   if (whole == WholeBody::kDeclared) scene.bodies.push_back({"", 0, scene.vertex_count});
   if (folder != nullptr)
@@ -209,8 +211,8 @@ std::string other_meshes_of(const fs::path& folder) {
   std::error_code failed;
   for (fs::directory_iterator file(folder, failed), end; !failed && file != end; file.increment(failed)) {
     if (is_mesh_file_name(file->path().string()))
-      return "; mesh files of other names are given as files, in their order: " + (folder / "*").string() +
-             file->path().extension().string();
+      return "; mesh files of other names are given as files, in their order, as by $(ls -v " +
+             (folder / "*").string() + file->path().extension().string() + ")";
   }
   return "";
 }

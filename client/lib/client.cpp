@@ -52,7 +52,9 @@ Result<Session> Client::create_session(SceneDescription scene, const Positions& 
   v1::SessionHeader header;
   header.set_session_id(session.id.empty() ? random_uuid() : session.id);
   header.set_first_frame(session.first_frame);
-  *header.mutable_options() = to_proto(options);
+  Result<v1::ColliderOptions> sent = session_options(options);
+  if (!sent) return sent.error();
+  *header.mutable_options() = std::move(sent).value();
   auto impl = std::make_shared<Session::Impl>(impl_->connection, std::move(header),
                                               SceneState(std::move(scene), positions), session.traceparent);
   if (const Status opened = impl->open(); !opened) return opened.error();

@@ -78,8 +78,9 @@ struct SessionOptions {
 /// frame, in order and of the same bits. A copy that a daemon still has is reused where its state, which the
 /// daemon reports, is this session's; another one, and that of a daemon too old to report it, is deleted and
 /// created again. Where the daemon is full of other sessions meanwhile, the client waits for room, at most
-/// the resume timeout. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further
-/// call gives that error.
+/// the resume timeout. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal, and one that
+/// says that the session could not be resumed, as where another daemon has lower limits, every further call
+/// gives that error.
 class Session final : public Questions {
  public:
   ~Session();  ///< calls close() and ignores its error

@@ -165,7 +165,8 @@ void Session::Impl::settle_refused(Error error) {
   if (frame.counts() ? !frame.commit : frame.is_trial()) last_trial_.reset();
   if (frame.is_trial() && std::ranges::none_of(unanswered_, &SentFrame::is_trial)) may_commit_ = false;
   // The trial stands where only the fraction was wrong.
-  if (frame.commit && unanswered_.empty()) may_commit_ = last_trial_.has_value();
+  const auto moves = [](const SentFrame& behind) { return behind.counts() || behind.is_trial(); };
+  if (frame.commit && std::ranges::none_of(unanswered_, moves)) may_commit_ = last_trial_.has_value();
   frame.asked->settle(std::move(error));
 }
 

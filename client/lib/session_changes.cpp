@@ -46,7 +46,9 @@ Status Session::Impl::change(std::vector<SceneChange> changes,
   }
   if (options) {
     if (Status known = need(v1::FEATURE_OPTION_CHANGES); !known) return known;
-    *request.mutable_options() = to_proto(*options);
+    Result<v1::ColliderOptions> sent = session_options(*options);
+    if (!sent) return sent.error();
+    *request.mutable_options() = std::move(sent).value();
   }
   Status changed = carry_out(request);
   if (!changed) return changed;
@@ -59,7 +61,9 @@ Status Session::Impl::change_options(const ColliderOptions& options) {
   may_commit_ = false;
   if (Status known = need(v1::FEATURE_OPTION_CHANGES); !known) return known;
   v1::ChangeSceneRequest request;
-  *request.mutable_options() = to_proto(options);
+  Result<v1::ColliderOptions> sent = session_options(options);
+  if (!sent) return sent.error();
+  *request.mutable_options() = std::move(sent).value();
   Status changed = carry_out(request);
   if (changed) *header_.mutable_options() = request.options();
   return changed;

@@ -85,16 +85,19 @@ Status Session::Impl::establish(Full full) {
     const std::optional<RemoteError> error = try_establish(deadline);
     if (!error) return {};
     stream_.reset();
-    if (!error->may_resume() || (error->retry_after && full == Full::kFails)) return fail(error->error);
+    // A daemon that came in place of the one before may not allow for as much.
+    const char* ended = full == Full::kFails ? "" : "; it has ended: create another one, of the same scene";
+    if (!error->may_resume() || (error->retry_after && full == Full::kFails)) {
+      const std::string what = full == Full::kFails ? "" : "session " + id() + " could not be resumed: ";
+      return fail({error->error.code, what + error->error.message + ended});
+    }
     const std::chrono::milliseconds wait =
         std::max(backoff, error->retry_after.value_or(std::chrono::milliseconds(0)));
     if (WallClock::now() + wait >= deadline)
-      return fail(
-          {ErrorCode::kUnavailable,
-           "session " + id() + " could not be " + (full == Full::kFails ? "made" : "resumed") +
-               " within the resume timeout of " + in_words(connection_->options().resume_timeout) + ": " +
-               error->error.message +
-               (full == Full::kFails ? "" : "; it has ended: create another one, of the same scene")});
+      return fail({ErrorCode::kUnavailable,
+                   "session " + id() + " could not be " + (full == Full::kFails ? "made" : "resumed") +
+                       " within the resume timeout of " + in_words(connection_->options().resume_timeout) +
+                       ": " + error->error.message + ended});
     sleep(wait);
   }
 }

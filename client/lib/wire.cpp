@@ -280,4 +280,16 @@ RemoteError remote_error_from(const grpc::Status& status) {
   return {{wire::error_code(status.error_code()), status.error_message()}};
 }
 
+Result<v1::ColliderOptions> session_options(const ColliderOptions& options) {
+  const auto of_question = [](const char* name) {
+    return invalid_argument(std::string(name) + ": a daemon's session has none; give it with the question");
+  };
+  if (options.leave_out_overlaps) return of_question("leave_out_overlaps");
+  if (options.reduced) return of_question("reduced");
+  if (options.keep_distance) return of_question("keep_distance");
+  if (options.pair_test != PairTest::kMotion) return of_question("pair_test");
+  if (options.instant != Instant::kStart) return of_question("instant");
+  return to_proto(options);
+}
+
 }  // namespace warmfront::client

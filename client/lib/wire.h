@@ -23,6 +23,8 @@
 namespace warmfront::client {
 
 using wire::to_proto;
+/// Of a session. kInvalidArgument for what is of one question alone, and a daemon's session has not.
+Result<v1::ColliderOptions> session_options(const ColliderOptions& options);
 
 ServerInfo server_info_from(const v1::GetServerInfoResponse& message);
 SessionInfo session_info_from(const v1::SessionInfo& message);

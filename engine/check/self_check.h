@@ -45,9 +45,10 @@ std::uint64_t checksum(const Core& core, StopSignal stop = {});
 /// count as in another patch; near parts that are not tested; parts wrongly marked as apart; a front that is
 /// no cut through its test tree in depth-first order, or marks overlapping pairs as disjoint; neighbouring
 /// blocks that are missing or wrongly marked as apart; counts that do not add up. The message says what and
-/// where. Checks everything except the nearness of parts, about a million pairs a turn, and neighbours'
-/// budgets, a fraction a turn. Costs about a refit and two visits of each pair of the front. Throws Stopped
-/// when told to stop.
+/// where. Checks all of that except the nearness of parts, about a million pairs a turn, and neighbours'
+/// budgets, a fraction a turn; of parts whose hierarchy the last step did not need nothing but the checksums,
+/// and of reference shapes, half-spaces and options nothing. Costs about a refit and two visits of each pair
+/// of the front. Throws Stopped when told to stop.
 template <class Bounds>
 Status self_check(const KeptState<Bounds>& kept);
 

@@ -227,7 +227,9 @@ double half_space_distance(const VertexMotion& vertex, const HalfSpaceMotion& ha
   const double beneath = of_x == 0 ? 0 : std::ldexp(1.0, -1070 - of_d);  // what that scaling lost
   const double above = dot(normal, scaled(d, of_d)) - 2 * kError - 4 * beneath;
   if (!(above > 0)) return 0;
-  return std::ldexp(above / length(normal) * (1 - 0x1p-50), of_d + of_x) * (1 - 0x1p-52);
+  const double least = std::ldexp(above / length(normal) * (1 - 0x1p-50), of_d + of_x);
+  // Below that numbers are equally far apart, and it was rounded to one of them.
+  return least < 0x1p-1000 ? std::nextafter(least, 0.0) : least * (1 - 0x1p-52);
 }
 
 Verdict half_space_keep_distance(const VertexMotion& vertex, const HalfSpaceMotion& half_space,
@@ -239,7 +241,7 @@ Verdict half_space_keep_distance(const VertexMotion& vertex, const HalfSpaceMoti
   const Vector d = difference(vertex.t0, half_space.point[0]);
   distance += 8 * kError * largest(d) + std::numeric_limits<double>::min();
   const double own = (share * distance + (1 - share) * keep.beyond) * (1 + 0x1p-48);
-  const double separation = std::min(std::max(own, keep.beyond), std::numeric_limits<double>::max() / 4);
+  const double separation = std::min(std::max(own, keep.beyond), std::numeric_limits<double>::max());
   const InDoubles pair(vertex, half_space, separation, true);
   // Where what the vertex may approach is less than rounding, only integers tell whether it does.
   const bool fine = pair.serves() && start.serves() && pair.at_start() > 0x1p8 * pair.error();

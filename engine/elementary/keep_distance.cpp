@@ -2,6 +2,7 @@
 #include "engine/elementary/keep_distance.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "engine/elementary/closest.h"
 #include "engine/elementary/distance_below.h"
@@ -35,7 +36,9 @@ double way_of_any(const VertexMotion* const* first, const VertexMotion* const* e
 double widest_of(const FeatureVertices& features, const KeepDistance& keep) {
   const auto* const first = features.vertex.data();
   const auto* const second = first + (features.kind == ContactKind::kVertexFace ? 1 : 2);
-  return keep.widest(way_of_any(first, second), way_of_any(second, first + 4));
+  // A way may be longer than double's range.
+  const double widest = keep.widest(way_of_any(first, second), way_of_any(second, first + 4));
+  return std::min(widest, std::numeric_limits<double>::max());
 }
 
 // The normal of the face, or of both edges, at t = 0, from the first primitive towards the second: where the

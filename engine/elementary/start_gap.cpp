@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 
 #include "engine/elementary/certified.h"
 #include "engine/elementary/closest.h"
@@ -80,6 +81,27 @@ double size_of(const VertexMotion& vertex) {
 // coordinate of either side.
 double margin(double size) {
   return 0x1p-46 * size;
+}
+
+// A vertex at its start, and a half-space that does not move.
+struct AlongNormal {
+  Numbers normal{};  ///< its largest coordinate is 1
+  double gap = 0;    ///< below 0 inside
+  double size = 0;
+};
+
+std::optional<AlongNormal> along_normal(const VertexMotion& vertex, const HalfSpaceMotion& half_space) {
+  if (half_space.moves()) return std::nullopt;
+  const Numbers& normal = half_space.normal[0];
+  const double largest = std::max({std::fabs(normal[0]), std::fabs(normal[1]), std::fabs(normal[2])});
+  if (!(largest > 0x1p-900) || !(largest < 0x1p900)) return std::nullopt;
+  AlongNormal along{.size = size_of(vertex)};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    along.normal[axis] = normal[axis] / largest;
+    along.gap += along.normal[axis] * (vertex.t0[axis] - half_space.point[0][axis]);
+    along.size = std::max(along.size, std::fabs(half_space.point[0][axis]));
+  }
+  return along;
 }
 
 double held(double size) {
@@ -168,18 +190,45 @@ bool keeps_its_side(const FeatureVertices& features) {
 }
 
 bool keeps_its_side(const VertexMotion& vertex, const HalfSpaceMotion& half_space) {
-  if (half_space.moves()) return false;
-  const Numbers& normal = half_space.normal[0];
-  const double largest = std::max({std::fabs(normal[0]), std::fabs(normal[1]), std::fabs(normal[2])});
-  if (!(largest > 0x1p-900) || !(largest < 0x1p900)) return false;
-  double gap = 0, size = size_of(vertex);
-  Numbers along;
+  const std::optional<AlongNormal> along = along_normal(vertex, half_space);
+  return along && along->gap + least_along(along->normal, vertex, 1) > margin(along->size);
+}
+
+bool parts_by_axis(const FeatureVertices& features) {
+  const std::size_t of_first = features.kind == ContactKind::kVertexFace ? 1 : 2;
+  const auto all = [&](const auto& in_order) {
+    for (std::size_t i = 0; i < of_first; ++i) {
+      for (std::size_t j = of_first; j < 4; ++j)
+        if (!in_order(*features.vertex[i], *features.vertex[j])) return false;
+    }
+    return true;
+  };
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    along[axis] = normal[axis] / largest;
-    gap += along[axis] * (vertex.t0[axis] - half_space.point[0][axis]);
-    size = std::max(size, std::fabs(half_space.point[0][axis]));
+    const auto parts = [axis](const VertexMotion& below, const VertexMotion& above) {
+      return below.t1[axis] <= below.t0[axis] && below.t0[axis] < above.t0[axis] &&
+             above.t0[axis] <= above.t1[axis];
+    };
+    if (all(parts) || all([&](const auto& a, const auto& b) { return parts(b, a); })) return true;
   }
-  return gap + least_along(along, vertex, 1) > margin(size);
+  return false;
+}
+
+bool goes_with_normal(const VertexMotion& vertex, const HalfSpaceMotion& half_space) {
+  if (half_space.moves()) return false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double x = half_space.normal[0][axis], from = vertex.t0[axis], to = vertex.t1[axis];
+    if ((x > 0 && to < from) || (x < 0 && to > from)) return false;
+  }
+  return true;
+}
+
+bool is_inside_and_goes_no_deeper(const VertexMotion& vertex, const HalfSpaceMotion& half_space) {
+  const std::optional<AlongNormal> along = along_normal(vertex, half_space);
+  if (!along || along->gap > -margin(along->size)) return false;
+  double further = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    further += along->normal[axis] * (vertex.t1[axis] - vertex.t0[axis]);
+  return further > -margin(along->size);
 }
 
 }  // namespace warmfront

@@ -52,4 +52,16 @@ bool keeps_its_side(const FeatureVertices& features);
 /// The same, with the half-space's normal; false where that moves.
 bool keeps_its_side(const VertexMotion& vertex, const HalfSpaceMotion& half_space);
 
+/// Are they apart along an axis at t = 0, and is no vertex nearer to the others along it than at its start,
+/// wherever a commit leaves it? By comparisons of coordinates, none of which rounds. Of vertices whose
+/// coordinates differ from their start only in the sense in which their end does
+/// (CommitRoom::leave_straight()). What touches is on neither side.
+bool parts_by_axis(const FeatureVertices& features);
+/// Does no coordinate of such a vertex go against the normal of a half-space that does not move? It comes no
+/// nearer then, and goes no deeper, from wherever it starts.
+bool goes_with_normal(const VertexMotion& vertex, const HalfSpaceMotion& half_space);
+/// Does it start in a half-space that does not move, deeper than roundings, and end as deep or less? No
+/// rounding takes it through what it is through.
+bool is_inside_and_goes_no_deeper(const VertexMotion& vertex, const HalfSpaceMotion& half_space);
+
 }  // namespace warmfront

@@ -30,6 +30,18 @@ bool is_single(const VertexMotion& vertex) {
   return true;
 }
 
+bool is_single(const Pose& pose) {
+  return std::ranges::all_of(pose.matrix,
+                             [](double x) { return static_cast<double>(static_cast<float>(x)) == x; });
+}
+
+bool has_rotation_of(const Pose& a, const Pose& b) {
+  for (std::size_t i = 0; i < a.matrix.size(); ++i) {
+    if (i % 4 != 3 && a.matrix[i] != b.matrix[i]) return false;
+  }
+  return true;
+}
+
 double translation_of(const Pose& pose) {
   return std::max({std::fabs(pose.matrix[3]), std::fabs(pose.matrix[7]), std::fabs(pose.matrix[11])});
 }
@@ -44,9 +56,14 @@ double origin_size(const LocalTransform& frame) {
 
 PosedRoom posed_room(Rounding rounding, const SceneMotion& motion, const CollisionModel& model, PartId part) {
   const auto [start, end] = motion.poses(part);
-  const double of_double = std::ranges::binary_search(model.screws(), part) ? 0x1p-40 : 0x1p-42;
-  return {rounding == Rounding::kFloat32 ? share_of(rounding) : of_double,
-          std::max(translation_of(start), translation_of(end))};
+  const bool along_screw = std::ranges::binary_search(model.screws(), part);
+  const bool single = rounding == Rounding::kFloat32;
+  const bool translates =
+      has_rotation_of(start, end) && (!single || (is_single(start) && is_single(end)));  // no arc then
+  return {single        ? share_of(rounding)
+          : along_screw ? 0x1p-40
+                        : 0x1p-42,
+          std::max(translation_of(start), translation_of(end)), !translates};
 }
 
 }  // namespace
@@ -101,6 +118,14 @@ bool CommitRoom::by_themselves(std::span<const std::uint32_t> vertices,
                                std::span<const VertexMotion> motions) const {
   return std::ranges::none_of(vertices, [&](std::uint32_t v) {
     return goes_by_poses(body_of_vertex_[v]) || (single_ && !is_single(motions[v]));
+  });
+}
+
+bool CommitRoom::leave_straight(std::span<const std::uint32_t> vertices,
+                                std::span<const VertexMotion> motions) const {
+  return std::ranges::none_of(vertices, [&](std::uint32_t v) {
+    const std::uint32_t body = body_of_vertex_[v];
+    return goes_by_poses(body) ? posed_[body].turns : single_ && !is_single(motions[v]);
   });
 }
 

@@ -20,6 +20,7 @@ namespace warmfront {
 struct PosedRoom {
   double share = 0;  ///< 0: it does not move from pose to pose
   double translation = 0;
+  bool turns = false;  ///< or may, where a commit rounds what does not change
 
   /// Of a vertex of which no coordinate, at either end, is larger.
   double of(double size) const { return share * 3 * translation + share * 2 * size; }
@@ -68,6 +69,10 @@ class CommitRoom {
   /// largest: is none of a part that goes from pose to pose, and do both ends have the kind of numbers that a
   /// commit makes?
   bool by_themselves(std::span<const std::uint32_t> vertices, std::span<const VertexMotion> motions) const;
+  /// Does each coordinate of each of them, wherever a commit leaves it, differ from its start only in the
+  /// sense in which its end does? X + f (Y - X) is not beyond X where each operation rounds monotonely; and
+  /// nor is what goes by poses that only translate, where the same sum is added to that.
+  bool leave_straight(std::span<const std::uint32_t> vertices, std::span<const VertexMotion> motions) const;
   bool goes_by_poses(std::uint32_t body) const { return !posed_.empty() && posed_[body].share > 0; }
   /// The same of a vertex and a half-space, a body, of whose point no coordinate is larger than `farthest`.
   double of(std::uint32_t vertex, const VertexMotion& motion, std::uint32_t body, double farthest) const;

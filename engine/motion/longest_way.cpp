@@ -4,18 +4,22 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 
 #include "engine/motion/range_grains.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
-double way_of(const VertexMotion& vertex) {
-  const double x = vertex.t1[0] - vertex.t0[0];
-  const double y = vertex.t1[1] - vertex.t0[1];
-  const double z = vertex.t1[2] - vertex.t0[2];
+double length_above(double x, double y, double z) {
   const double square = x * x + y * y + z * z;
-  const bool within = square > 0x1p-900 && square < 0x1p900;  // squares serve well within double's range
-  return (within ? std::sqrt(square) : std::hypot(x, y, z)) * (1 + 0x1p-50);
+  if (square > 0x1p-900 && square < 0x1p900)  // squares serve well within double's range
+    return std::sqrt(square) * (1 + 0x1p-50);
+  if (std::isinf(x) || std::isinf(y) || std::isinf(z)) return std::numeric_limits<double>::infinity();
+  return std::hypot(x, y, z) * (1 + 0x1p-50);
+}
+
+double way_of(const VertexMotion& vertex) {
+  return length_above(vertex.t1[0] - vertex.t0[0], vertex.t1[1] - vertex.t0[1], vertex.t1[2] - vertex.t0[2]);
 }
 
 double longest_way(const SceneMotion& motion, const Arcs& arcs, StopSignal stop) {

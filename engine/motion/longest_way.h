@@ -8,6 +8,9 @@
 
 namespace warmfront {
 
+/// The length of a vector, rounded up; infinite where a difference that it is made of overflowed.
+double length_above(double x, double y, double z);
+
 /// How far a vertex travels, rounded up.
 double way_of(const VertexMotion& vertex);
 

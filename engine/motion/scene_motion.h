@@ -225,6 +225,8 @@ class SceneMotion {
   // Where the next motion begins.
   Pose pose_at_base(const Part& part) const;
   Status check_whole(const Scene& scene, const Positions& positions, StopSignal stop, Workers* workers) const;
+  /// Does the pose put each vertex of the part, or the half-space's point, where a number is?
+  bool is_finite_at(const Pose& pose, const Part& part, const Body& body, StopSignal stop) const;
   Status check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses,
                      Workers* workers);
   void clear_marks(const Frame& frame) noexcept;

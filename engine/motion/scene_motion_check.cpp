@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a frame must fulfil before anything is written.
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <string>
 
+#include "engine/digits.h"
 #include "engine/motion/check_positions.h"
 #include "engine/motion/position_rows.h"
 #include "engine/motion/scene_motion.h"
@@ -88,6 +92,33 @@ Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, 
   return {};
 }
 
+// Of what is far from there by its size that is known without looking at vertices.
+bool SceneMotion::is_finite_at(const Pose& pose, const Part& part, const Body& body, StopSignal stop) const {
+  const auto is_finite = [&pose](const double* x) {
+    return std::ranges::all_of(pose.place(x), [](double y) { return std::isfinite(y); });
+  };
+  if (body.half_space) return is_finite(body.half_space->point.data());
+  constexpr double kFar = 0x1p1000;
+  const auto largest = [](const double* x, std::size_t stride) {
+    return std::max({std::fabs(x[0]), std::fabs(x[stride]), std::fabs(x[2 * stride])});
+  };
+  const auto* at = std::get_if<AtPose>(trial_ ? &part.start : &part.now);
+  const LocalTransform& frame = motion_.frame();
+  const double reach = trial_ ? part.reach_at_start : part.range.reach;
+  const double size = at != nullptr ? largest(at->shape->centre.data(), 1) + at->shape->radius
+                                    : largest(frame.origin.data(), 1) + frame.to_scene(reach);
+  if (size < kFar && largest(pose.matrix.data() + 3, 4) < kFar) return true;
+  PacedStop paced(stop);
+  for (std::uint32_t v = part.first; v < part.end; ++v) {
+    paced.check();
+    if (!is_finite(at != nullptr
+                       ? at->shape->positions.data() + std::size_t{3} * (v - part.first)
+                       : (motion_.vertices()[v].*(trial_ ? &VertexMotion::t0 : &VertexMotion::t1)).data()))
+      return false;
+  }
+  return true;
+}
+
 Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses,
                                 Workers* workers) {
   PacedStop paced(stop);
@@ -133,6 +164,10 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     if (frame.poses[i].pose == pose_at_base(parts_[index])) continue;
     if (Status status = check_pose(frame.poses[i].pose, "pose", poses); !status)
       return of_body(where, index, scene.bodies()[index], status.error());
+    if (!is_finite_at(frame.poses[i].pose, parts_[index], scene.bodies()[index], stop))
+      return of_body(where, index, scene.bodies()[index],
+                     invalid_argument("pose: puts something beyond the largest number, " +
+                                      digits_of(std::numeric_limits<double>::max()) + "; leave it nearer"));
   }
   for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
     paced.check();

@@ -91,7 +91,8 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
       const RoomQuestion question{separation, room, elementary.latest, options.leave_out_overlaps};
       const bool by_itself =
           input_->room->by_themselves({&v, 1}, input_->vertices) && !input_->room->goes_by_poses(body);
-      const RoomPairState state{rounds == 0 && !half_space.moves(), by_itself, separation, counts};
+      const bool straight = input_->room->leave_straight({&v, 1}, input_->vertices);
+      const RoomPairState state{rounds == 0 && !half_space.moves(), by_itself, straight, separation, counts};
       verdict = stopped(question, HalfSpaceInRoom(vertex, twist, half_space, state, test));
     }
   }
@@ -333,6 +334,7 @@ RoomPairState PairTester::room_state(const FeaturePair& pair, const RoomQuestion
                                      ElementaryCounts& counts) const {
   return {input_->room->of(pair.vertices, input_->vertices) == 0,
           input_->room->by_themselves(pair.vertices, input_->vertices),
+          input_->room->leave_straight(pair.vertices, input_->vertices),
           asked.separation + CommitRoom::kNear * asked.room, counts};
 }
 

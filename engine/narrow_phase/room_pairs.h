@@ -10,11 +10,12 @@
 
 namespace warmfront {
 
-/// What no rule needs to know of its kind. `rests`: nothing of it moves. `by_itself`: see
-/// CommitRoom::by_themselves().
+/// What no rule needs to know of its kind. `rests`: nothing of it moves. `by_itself` and `straight`: see
+/// CommitRoom::by_themselves() and leave_straight().
 struct RoomPairState {
   bool rests = false;
   bool by_itself = false;
+  bool straight = false;
   double most = 0;  ///< what its least distance need not be above
   ElementaryCounts& counts;
 };
@@ -31,7 +32,10 @@ class LinesInRoom {
   bool starts_within(double separation) {
     return warmfront::starts_within(features_, separation, state_.counts);
   }
-  bool keeps_its_side() const { return state_.by_itself && warmfront::keeps_its_side(features_); }
+  bool keeps_its_side() const {
+    return (state_.straight && parts_by_axis(features_)) ||
+           (state_.by_itself && warmfront::keeps_its_side(features_));
+  }
   bool comes_within(double separation) {
     return warmfront::comes_within(features_, separation, state_.counts);
   }
@@ -84,7 +88,12 @@ class HalfSpaceInRoom {
   bool starts_within(double separation) {
     return warmfront::starts_within(vertex_, half_space_, separation, state_.counts);
   }
-  bool keeps_its_side() const { return state_.by_itself && warmfront::keeps_its_side(vertex_, half_space_); }
+  bool keeps_its_side() const {
+    if (twist_ != nullptr || half_space_.moves()) return false;
+    return (state_.straight && goes_with_normal(vertex_, half_space_)) ||
+           (state_.by_itself && warmfront::keeps_its_side(vertex_, half_space_)) ||
+           is_inside_and_goes_no_deeper(vertex_, half_space_);
+  }
   bool comes_within(double separation) {
     if (twist_ == nullptr) return warmfront::comes_within(vertex_, half_space_, separation, state_.counts);
     return turning_half_space_comes_within(vertex_, *twist_, half_space_, separation, state_.counts);

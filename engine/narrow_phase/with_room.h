@@ -45,9 +45,9 @@ struct RoomVerdict {
 /// How surely one that starts beyond is in contact is told by the test for m alone, where that finds any: by
 /// its roundings the narrower test may know less surely of a start that is apart.
 ///
-/// `Pair`: of one pair, test(PairAsked), a Verdict; start(), its StartGap; rests(); keeps_its_side(),
-/// whatever part of its motion a commit rounds; starts_within(separation) and comes_within(separation), at
-/// any time.
+/// `Pair`: of one pair, test(PairAsked), a Verdict; start(), its StartGap; rests(); keeps_its_side(), also
+/// that of a half-space that it is in, whatever part of its motion a commit rounds; starts_within(separation)
+/// and comes_within(separation), at any time.
 template <class Pair>
 class WithRoom {
  public:

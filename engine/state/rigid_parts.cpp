@@ -7,6 +7,7 @@
 
 #include "engine/elementary/certified.h"
 #include "engine/motion/least_stretch.h"
+#include "engine/motion/longest_way.h"
 #include "engine/motion/trial_way.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/primitives.h"
@@ -21,13 +22,6 @@ constexpr std::array<double, 4> kLadder{1.0 / 8, 1.0 / 32, 1.0 / 128, 1.0 / 512}
 constexpr std::uint32_t kMostBackoff = 256;
 /// Primitives that one step measures, or else one part: a crowd does not make a step as long as the first.
 constexpr std::size_t kMeasuredAtOnce = 20'000;
-
-// The length of a vector, rounded up. Squares serve where they are well within double's range.
-double length_above(double x, double y, double z) {
-  const double square = x * x + y * y + z * z;
-  const bool within = square > 0x1p-900 && square < 0x1p900;
-  return (within ? std::sqrt(square) : std::hypot(x, y, z)) * (1 + 0x1p-50);
-}
 
 // Of the edges at t = 0.
 RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& features,

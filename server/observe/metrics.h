@@ -54,7 +54,7 @@ struct Metrics final : SessionObserver {
   enum Reload : std::size_t { kTokenFile, kCertificates, kReloads };
   static constexpr std::array<const char*, kReloads> kReloadNames{"token_file", "certificates"};
   /// Of refused requests: each limit by its setting, everything else by its kind.
-  static constexpr std::array<const char*, 31> kRefusals{"other",
+  static constexpr std::array<const char*, 34> kRefusals{"other",
                                                          "invalid_input",
                                                          "session_not_found",
                                                          "session_exists",
@@ -81,6 +81,9 @@ struct Metrics final : SessionObserver {
                                                          "max-principal-bytes",
                                                          "max-total-bytes",
                                                          "max-open-streams",
+                                                         "max-streams-per-principal",
+                                                         "max-uploads-per-principal",
+                                                         "max-frames-per-principal",
                                                          "max-frames-in-flight",
                                                          "max-message-bytes",
                                                          "window",

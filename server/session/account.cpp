@@ -11,13 +11,18 @@
 
 namespace warmfront::server {
 
-Fault Budget::exceeded() const {
+Fault Budget::exceeded(std::size_t bytes) const {
   const bool daemon = std::string_view(setting_) == "max-total-bytes";
-  return limit_met(
-      std::string(daemon ? "the sessions of this daemon hold" : "this principal's sessions hold") +
-          " all the memory that they may, " + describe_bytes(limit()) +
-          "; try again when others have closed, or raise --" + setting_,
-      setting_, true);
+  const std::string raise =
+      std::string("raise --") + setting_ + (daemon ? "" : ", or have the principal's quota raised");
+  const std::string whose = daemon ? "the sessions of this daemon" : "this principal's sessions";
+  if (bytes > limit())
+    return limit_met("the session would hold some " + describe_bytes(bytes) + ", and all " + whose +
+                         " together may hold " + describe_bytes(limit()) + "; split the scene, or " + raise,
+                     setting_, false);
+  return limit_met(whose + " hold all the memory that they may, " + describe_bytes(limit()) +
+                       "; try again when others have closed, or " + raise,
+                   setting_, true);
 }
 
 bool Budget::try_take(std::size_t bytes) {
@@ -36,10 +41,10 @@ Outcome<std::shared_ptr<Account>> Account::open(Budget& budget, std::size_t limi
                          describe_bytes(reserved) + ", and one may hold " + describe_bytes(limit) +
                          "; split the scene, or raise --max-session-bytes",
                      "max-session-bytes", false);
-  if (!budget.try_take(reserved)) return budget.exceeded();
+  if (!budget.try_take(reserved)) return budget.exceeded(reserved);
   if (of_principal && !of_principal->try_take(reserved)) {
     budget.give(reserved);
-    return of_principal->exceeded();
+    return of_principal->exceeded(reserved);
   }
   std::unique_ptr<Account> account;
   try {
@@ -85,7 +90,7 @@ std::optional<Fault> Account::refusal(std::size_t more) const {
                          describe_bytes(more) + " more, and may hold " + describe_bytes(limit_) +
                          "; create it again with less, or raise --max-session-bytes",
                      "max-session-bytes", false);
-  if (const Budget* budget = exceeded_by(held, more)) return budget->exceeded();
+  if (const Budget* budget = exceeded_by(held, more)) return budget->exceeded(charge(held + more));
   return std::nullopt;
 }
 

@@ -33,8 +33,8 @@ class Budget {
   std::size_t limit() const { return limit_.load(std::memory_order_relaxed); }
   /// What is held already stays.
   void set_limit(std::size_t limit) { limit_.store(limit, std::memory_order_relaxed); }
-  /// What who meets the limit is told.
-  Fault exceeded() const;
+  /// What who meets the limit is told, of `bytes` that would be held: by what would never fit, that.
+  Fault exceeded(std::size_t bytes) const;
 
  private:
   std::atomic<std::size_t> limit_;

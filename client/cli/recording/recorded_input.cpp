@@ -102,6 +102,7 @@ Result<RecordedScene> open_recorded_scene(const std::string& path) {
     if (answered && step->commit) return unfit("frames are made of parts of trials");
     if (!answered || !step->counts() || step->frame != recorded.session().first_frame() + frames.size())
       continue;
+    if (step->places()) return unfit("frame " + std::to_string(step->frame) + " is no motion: it is placed");
     const Result<WireFrame> frame = WireFrame::read(step->parts, recorded.float32(), scene.value());
     if (!frame)
       return invalid_argument(path + ": frame " + std::to_string(step->frame) + ": " + frame.error().message);

@@ -51,6 +51,9 @@ Status RecordedSession::read_upload() {
     if (Status added = edges.append(next_->create().edges()); !added)
       return reader_.error(record_at_, "the upload: " + added.error().message);
   }
+  if (next_ && next_->has_end() && !next_->end().complete())
+    return reader_.error(
+        record_at_, "it was stopped within the upload, and has nothing to replay: " + next_->end().reason());
   const auto invalid = [&](const Error& error) {
     return reader_.error(begin, "the upload: " + error.message);
   };
@@ -153,9 +156,9 @@ Result<std::optional<RecordedEvent>> RecordedSession::next() {
 std::string RecordedSession::defect() const {
   if (reader_.torn_bytes() > 0)
     return "its last record is cut off (" + std::to_string(reader_.torn_bytes()) +
-           " bytes left out): the writer was killed";
+           " bytes left out): it is being written still, or its writer was killed";
   if (end_ && !end_->complete()) return "it was stopped: " + end_->reason();
-  if (!end_) return "it has no end: the writer was killed";
+  if (!end_) return "it has no end: it is being written still, or its writer was killed";
   if (cut_off_) return "its last step has no answer";
   return "";
 }

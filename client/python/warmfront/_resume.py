@@ -176,13 +176,14 @@ class Link:
                 self.drop_stream()
                 if self.failed is not None:
                     raise self.failed from None
+                ended = "; it has ended: make another one, of its `positions`" if waits else ""
                 if not may_resume(error) or (error.retry_after is not None and not waits):
-                    self.fail(error)
+                    # A daemon that came in place of the one before may not allow for as much.
+                    self.fail(error.said_with(f"session {self.session_id} could not be resumed: ", ended) if waits else error)
                 wait = max(backoff, error.retry_after or 0)
                 self.time_left(wait)
                 if time.monotonic() + wait >= deadline:
                     done = "resumed" if waits else "made"
-                    ended = "; it has ended: make another one, of its `positions`" if waits else ""
                     self.fail(UnavailableError(f"session {self.session_id} could not be {done} within the resume timeout of "
                                                f"{self.connection.timeouts.resume:g} s: {error.message}{ended}"))
             time.sleep(self.time_left(wait))

@@ -20,7 +20,7 @@ from ._state import raw
 from ._uncopied import Uncopied
 from .answer import Committed, Contacts, MaxStep
 from .errors import FailedPreconditionError, InvalidArgumentError
-from .scene import indices_of, numbers_of, positions_of
+from .scene import array_of, indices_of, numbers_of, positions_of
 from .session import AnySession
 
 _OF_STEPS = {"tier", "tolerance", "min_separation", "report", "fields", "max_contacts"}
@@ -223,7 +223,10 @@ class Batch(Uncopied):
         return matrices
 
     def _worlds(self, worlds: Any) -> npt.NDArray[np.int64]:
-        chosen = indices_of(worlds, "worlds").astype(np.int64)
+        array = array_of(worlds, "worlds")
+        if array.dtype == np.bool_ and array.shape == (self.count,):
+            return np.flatnonzero(array)
+        chosen = indices_of(array, "worlds").astype(np.int64)
         if len(chosen) > 0 and chosen.max() >= self.count:
             raise InvalidArgumentError(f"worlds: copy {chosen.max()} is not in [0, {self.count})")
         if len(np.unique(chosen)) != len(chosen):
@@ -240,7 +243,7 @@ class Batch(Uncopied):
 
     def _without_static(self, rows: npt.NDArray[Any], chosen: npt.NDArray[np.int64]) -> npt.NDArray[Any]:
         static = self._copies.is_static
-        given = rows.reshape(len(chosen), -1, 3)
+        given = rows.reshape(len(chosen), len(static), 3)
         differ = (given != self.positions[chosen]).any(2) & static
         if differ.any():
             copy, vertex = np.argwhere(differ)[0]

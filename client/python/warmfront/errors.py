@@ -5,6 +5,7 @@ The message says what is wrong, where (field, index) and what to do, whether thi
 """
 from __future__ import annotations
 
+import copy
 import enum
 from typing import ClassVar, Optional
 
@@ -56,6 +57,13 @@ class WarmfrontError(Exception):
         self.expected_frame = expected_frame
         self.limit = limit
         self.retry_after = retry_after
+
+    def said_with(self, before: str, after: str) -> WarmfrontError:
+        """The same error, in more words."""
+        other = copy.copy(self)
+        other.message = before + self.message + after
+        other.args = (other.message,)
+        return other
 
 
 class InvalidArgumentError(WarmfrontError, ValueError):

@@ -287,6 +287,8 @@ def positions_of(positions: Any, vertices: Optional[int], dtype: Optional[np.dty
     shape, and for numbers that `dtype` does not hold exactly; None expects nothing particular."""
     array = numbers_of(positions, dtype, where)
     given = array.dtype.newbyteorder("<")
+    if array.shape == (0,):  # an empty list
+        array = array.reshape(0, 3)
     if array.ndim != 2 or array.shape[1] != 3 or (vertices is not None and len(array) != vertices):
         expected = "n" if vertices is None else str(vertices)
         raise InvalidArgumentError(f"{where}: shape {array.shape}, but ({expected}, 3) is expected")

@@ -79,6 +79,18 @@ TEST_P(AnySessionWaitsTest, WhatIsAskedBeforeAFailureIsKnownFailsToo) {
   EXPECT_EQ(again.value().frame, 1U);
 }
 
+TEST_P(AnySessionWaitsTest, ARefusedCommitLeavesTheTrialAlsoWithAQuestionBehindIt) {
+  AnySession session = open();
+  const std::vector<double> there = at(1);
+  ASSERT_TRUE(session.trial(Frame{Doubles(there)}).ok());
+  Pending<CommitResult> too_far = session.commit_async(2);
+  Pending<Answer> near = session.proximity_async(0.3);
+  (void)near.get();  // whichever of the two is told of
+  expect_error(too_far.get(), ErrorCode::kInvalidArgument, "fraction");
+  EXPECT_TRUE(session.commit(1).ok());
+  EXPECT_EQ(session.positions().value(), there);
+}
+
 // Many more than a window, taken from the last to the first: the answers of a session that waits for each.
 TEST_P(AnySessionWaitsTest, WhatIsNotWaitedForHasTheSameAnswers) {
   AnySession waiting = open(), session = open();

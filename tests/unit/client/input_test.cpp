@@ -54,14 +54,16 @@ TEST(Input, ArgumentsAreCheckedByTheirForm) {
   EXPECT_EQ(usage_error_of({"a.npz"}), "");
   EXPECT_THAT(usage_error_of({"b.pc2"}), HasSubstr("give the mesh file before it"));
   EXPECT_THAT(usage_error_of({"b.pc2", "a.obj"}), HasSubstr("b.pc2: a cache comes after one mesh file"));
-  EXPECT_THAT(usage_error_of({"a.obj", "b.obj", "c.mdd"}), HasSubstr("c.mdd: a cache comes after one mesh file"));
+  EXPECT_THAT(usage_error_of({"a.obj", "b.obj", "c.mdd"}),
+              HasSubstr("c.mdd: a cache comes after one mesh file"));
   EXPECT_THAT(usage_error_of({"folder", "c.npy"}), HasSubstr("c.npy: a cache comes after one mesh file"));
   EXPECT_NE(usage_error_of({}), "");
   EXPECT_THAT(usage_error_of({"a.ply"}), HasSubstr("two or more"));
   EXPECT_THAT(usage_error_of({"a.ply", "folder"}), HasSubstr("folder"));
   EXPECT_THAT(usage_error_of({"a.ply", "builtin:bart"}), HasSubstr("stands alone"));
-  EXPECT_THAT(usage_error_of({"builtin:barth"}),
-              HasSubstr("cloth-ball, flamenco, n-body, princess, bart, hair, particles, ground, torn, cut, turning"));
+  EXPECT_THAT(
+      usage_error_of({"builtin:barth"}),
+      HasSubstr("cloth-ball, flamenco, n-body, princess, bart, hair, particles, ground, torn, cut, turning"));
 }
 
 TEST(Input, ACacheAfterAMeshGivesItsFrames) {
@@ -77,7 +79,8 @@ TEST(Input, ACacheAfterAMeshGivesItsFrames) {
   const std::string other =
       folder.write("other.ply", format_ply({std::vector<float>{0, 0, 0, 1, 0, 0}, {{0, 1, 1}}}, ""));
   EXPECT_THAT(open_error({other, folder.file("frames.pc2")}), HasSubstr("3 points, but"));
-  EXPECT_THAT(open_error({folder.file("mesh.ply"), folder.file("none.mdd")}), HasSubstr("none.mdd: cannot open"));
+  EXPECT_THAT(open_error({folder.file("mesh.ply"), folder.file("none.mdd")}),
+              HasSubstr("none.mdd: cannot open"));
   folder.write("frames.mdd", "");
   EXPECT_THAT(open_error({folder.path()}), HasSubstr("holds both frames.pc2 and frames.mdd"));
 }
@@ -105,7 +108,8 @@ TEST(Input, AFolderMustHoldWhatItNeeds) {
   EXPECT_THAT(open_error({folder.file("missing")}), HasSubstr("no such file or folder"));
   EXPECT_THAT(open_error({folder.path()}), HasSubstr("holds neither"));
   folder.write("t00000.ply", triangle(0));
-  EXPECT_THAT(open_error({folder.path()}), HasSubstr("given as files, in their order: " + folder.file("*.ply")));
+  EXPECT_THAT(open_error({folder.path()}),
+              HasSubstr("in their order, as by $(ls -v " + folder.file("*.ply") + ")"));
   folder.write("mesh.ply", triangle(0));
   EXPECT_THAT(open_error({folder.path()}), HasSubstr("frames.pc2"));
   write_cache(folder);

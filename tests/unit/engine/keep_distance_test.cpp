@@ -154,5 +154,29 @@ TEST(KeepDistanceOf, AnotherQuestionOrOutOfRangeIsRefused) {
   EXPECT_THAT(made.error().message, HasSubstr("keep_distance: it is of max_step alone"));
 }
 
+// Ways and separations that are beyond a share of double's range, or all of it.
+TEST(KeepDistance, AtTheLargestNumbers) {
+  const auto fraction = [](const SceneDescription& scene, std::vector<double> x, double to, double share,
+                           double separation = 0) {
+    Collider collider = Collider::create(std::make_shared<const Scene>(Scene::create(scene).value()),
+                                         Doubles(x), {.min_separation = separation}, testing::workers())
+                            .value();
+    x[2] = to;
+    return collider.max_step(Doubles(x), false, {.keep_distance = share}).value().fraction;
+  };
+  SceneDescription ground{1, {}, {{"", 0, 1}, {"", 1, 0, BodyKind::kStatic}}};
+  ground.bodies[1].half_space = HalfSpace{{0, 0, 0}, {0, 0, 1}};
+  EXPECT_EQ(fraction(ground, {0, 0, 0.9e308}, 0.5e308, 0.01, 1e308), 0);
+  EXPECT_LE(fraction(ground, {0, 0, 0.9e308}, 0.5e308, 0.99), 0.0225 * (1 + 1e-9));
+  EXPECT_GE(fraction(ground, {0, 0, 0.9e308}, 0.5e308, 0.99), 0.02);
+  const SceneDescription face{4, {{1, 2, 3}}, {{"", 0, 1}, {"", 1, 3, BodyKind::kStatic}}};
+  for (const double share : {0.1, 0.5, 0.9}) {
+    const double most =
+        fraction(face, {0, 0, 1.5e308, -1e308, -1e308, 0, 1e308, -1e308, 0, 0, 1e308, 0}, -1.5e308, share);
+    EXPECT_LE(most, (1 - share) / 2 * (1 + 1e-9)) << share;
+    EXPECT_GE(most, (1 - share) / 2 * 0.9) << share;
+  }
+}
+
 }  // namespace
 }  // namespace warmfront

@@ -50,6 +50,19 @@ TEST(AccountTest, RefusalsNameTheSettingAndChangeNothing) {
   EXPECT_EQ(budget.used(), 600u);
 }
 
+TEST(AccountTest, WhatNeverFitsIsNotWorthTryingAgain) {
+  Budget budget(1000);
+  const auto never = Account::open(budget, 5000, 1001);
+  ASSERT_FALSE(never.ok());
+  EXPECT_STREQ(never.fault().limit, "max-total-bytes");
+  EXPECT_FALSE(never.fault().retry_after);
+  EXPECT_THAT(never.fault().message, HasSubstr("split the scene"));
+  const auto small = Account::open(budget, 5000, 100).value();
+  EXPECT_TRUE(small->refusal(1001) && !small->refusal(1001)->retry_after);
+  const auto other = Account::open(budget, 5000, 100).value();
+  EXPECT_TRUE(small->refusal(950) && small->refusal(950)->retry_after);
+}
+
 TEST(AccountTest, AFullDaemonRefusesOnlySessionsBeyondTheirReservation) {
   Budget budget(1000);
   const auto modest = Account::open(budget, 2000, 400).value();

@@ -229,6 +229,22 @@ TEST_F(ClientSessionTest, BadScenesAreRefusedNamingFieldAndIndex) {
   EXPECT_TRUE(client_.list_sessions().value().empty()) << "nothing is left of what failed";
 }
 
+TEST_F(ClientSessionTest, OptionsOfOneQuestionAreNotASessions) {
+  const std::vector<double> start = grids_.positions(0);
+  Session session = open(grids_);
+  for (const auto& [options, name] : std::vector<std::pair<ColliderOptions, const char*>>{
+           {{.leave_out_overlaps = true}, "leave_out_overlaps"},
+           {{.reduced = true}, "reduced"},
+           {{.keep_distance = 0.5}, "keep_distance"},
+           {{.pair_test = PairTest::kProximity}, "pair_test"},
+           {{.instant = Instant::kEnd}, "instant"}}) {
+    EXPECT_THAT(client_.create_session(grids_.scene(), Doubles(start), options).error().message,
+                HasSubstr(name));
+    EXPECT_THAT(session.change_options(options).error().message, HasSubstr(name));
+  }
+  EXPECT_TRUE(step(session, grids_, 1).ok());
+}
+
 TEST_F(ClientSessionTest, ADaemonThatIsNotRunningIsUnavailable) {
   const auto client =
       Client::connect("unix:/nonexistent/warmfront.sock", {.call_timeout = std::chrono::milliseconds(200)});

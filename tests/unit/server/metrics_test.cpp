@@ -75,6 +75,9 @@ TEST(MetricsTextTest, NamesFollowPrometheusAndNothingIsCountedTwice) {
   EXPECT_THAT(text, HasSubstr("warmfront_rejected_total{reason=\"other\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_step_duration_seconds_count{stage=\"total\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_step_duration_seconds_bucket{stage=\"total\",le=\"+Inf\"} 1\n"));
+  for (const char* quota :
+       {"max-streams-per-principal", "max-uploads-per-principal", "max-frames-per-principal"})
+    EXPECT_THAT(text, HasSubstr("warmfront_rejected_total{reason=\"" + std::string(quota) + "\"} 0\n"));
   std::istringstream lines(text);
   const std::regex shape("(# (HELP|TYPE) )?(warmfront|process)_[a-z_]+.*");
   for (std::string line; std::getline(lines, line);) EXPECT_TRUE(std::regex_match(line, shape)) << line;

@@ -221,6 +221,16 @@ def test_a_batch_ends_where_the_session_is_laid_out_otherwise(anywhere):
                 ask()
 
 
+@pytest.mark.parametrize("kind", ["static", "deformable"])
+def test_no_copies_may_go_or_be_placed(anywhere, kind):
+    with anywhere.batch(3, BEFORE, FACES, bodies=[Body(3, kind), Body(3)]) as batch:
+        before = batch.positions.copy()
+        batch.place(np.empty((0, 6, 3)), worlds=[])
+        batch.place(before[1:2], worlds=np.array([False, True, False]))
+        assert batch.step(np.empty((0, 6, 3)), worlds=[]).counts.tolist() == [0, 0, 0]
+        assert (batch.positions == before).all()
+
+
 def test_it_comes_again_with_the_session(daemon, client):
     def play(disturb):
         answers = []

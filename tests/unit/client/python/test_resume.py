@@ -208,6 +208,18 @@ def test_no_daemon_within_the_resume_timeout(daemon):
             session.step(after)
 
 
+def test_a_daemon_with_lower_limits_ends_the_session_and_says_so(start_daemon):
+    before, after, faces = triangle_through_triangle()
+    daemon = start_daemon()
+    with warmfront.connect(daemon.address) as client:
+        session = client.session(before, faces)
+        daemon._flags += ["--max-vertices", "3"]
+        daemon.restart()
+        with pytest.raises(warmfront.ResourceExhaustedError, match="could not be resumed: vertex_count: 6 .* it has ended") as error:
+            session.step(after)
+        assert error.value.limit == "max-vertices"
+
+
 def test_a_frame_that_ends_every_daemon_is_not_sent_forever(daemon):
     before, after, faces = triangle_through_triangle()
     with warmfront.connect(daemon.address, timeouts=Timeouts(resumes_without_answer=2)) as client:

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "client/cli/recording/recorded_input.h"
 #include "client/lib/client.h"
 #include "proto/recording/reader.h"
 #include "proto/recording/writer.h"
@@ -42,6 +43,32 @@ TEST(DaemonRecording, StopsAtItsBoundAndTheSessionGoesOn) {
     if (file.path().extension() == ".wfrec") bytes += file.file_size();
   EXPECT_GT(bytes, 0u);
   EXPECT_LE(bytes, config.record_max_bytes);
+}
+
+// Between before and after a placement nothing moves: as a sequence of frames it would be a motion.
+TEST(DaemonRecording, OfAPlacementIsNoSequenceOfFrames) {
+  const test::TemporaryFolder folder;
+  server::Config config;
+  config.record_dir = folder.path();
+  test::LocalDaemon daemon(config);
+  Client client = Client::connect(daemon.address()).value();
+  Heap<double> heap;
+  const std::span<const double> x(heap.x);
+  for (const bool places : {false, true}) {
+    Session session = client.create_session(heap.description, x).value();
+    ASSERT_TRUE(session.step(x).ok());
+    if (places) {
+      ASSERT_TRUE(session.place(x).ok());
+    }
+    ASSERT_TRUE(session.step(x).ok());
+  }
+  daemon.stop();
+  std::vector<std::string> told;
+  for (const auto& file : std::filesystem::directory_iterator(folder.path())) {
+    const auto scene = open_recorded_scene(file.path());
+    told.push_back(scene ? "" : scene.error().message);
+  }
+  EXPECT_THAT(told, ::testing::UnorderedElementsAre("", HasSubstr("frame 2 is no motion: it is placed")));
 }
 
 TEST(DaemonRecording, AnUploadThatFailsLeavesNoFileAndABadFolderNoDaemon) {

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recorded frame as the engine takes it.
+// What of a recording nothing can be replayed of: a frame, or all of it.
+#include "client/cli/recording/from_wire.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "client/cli/recording/from_wire.h"
+#include "client/cli/recording/recorded_session.h"
+#include "proto/recording/writer.h"
+#include "tests/unit/client/temporary_folder.h"
 
 namespace warmfront::client {
 namespace {
@@ -25,6 +30,20 @@ TEST(WireFrame, OfSharedMemoryIsRefusedAsTheDaemonDid) {
   step.clear_shared_positions();
   step.mutable_answer_room();
   EXPECT_EQ(read().error().code, ErrorCode::kInvalidArgument);
+}
+
+TEST(RecordedSession, ThatWasStoppedWithinItsUploadSaysSo) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("stopped.wfrec");
+  {
+    const auto writer = recording::Writer::create(path, "test").value();
+    v1::RecordedMessage upload;
+    upload.mutable_create()->mutable_header()->set_face_count(7);
+    writer->write(std::move(upload));
+    writer->stop("the bound is met");
+  }
+  EXPECT_THAT(RecordedSession::open(path).error().message,
+              ::testing::HasSubstr("stopped within the upload, and has nothing to replay: the bound is met"));
 }
 
 }  // namespace
