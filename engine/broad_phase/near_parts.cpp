@@ -148,14 +148,21 @@ void NearParts<Bounds>::look(const Parts& parts, const NodePair& pair, std::vect
     ++found.bv_tests;
     if (!overlap(a.bounds, b.bounds)) return;
   }
-  const Bvtt bvtt(shape_, shape_, true);
-  if (!bvtt.is_leaf(pair))
-    return bvtt.for_children(pair, [&](const NodePair& child) { next.push_back(child); });
+  if (!Bvtt(shape_, shape_, true).is_leaf(pair)) return next.push_back(pair);
   const PartId p = order_[shape_.begin(pair.a)];
   const PartId q = order_[shape_.begin(pair.b)];
   if (parts.model.may_meet(p, q))
     found.near.push_back({{std::min(p, q), std::max(p, q)},
                           parts.changed[number_of(p)] == 0 && parts.changed[number_of(q)] == 0});
+}
+
+// Children are looked at before they are kept: most end there.
+template <class Bounds>
+void NearParts<Bounds>::look_at_children(const Parts& parts, const NodePair& pair,
+                                         std::vector<NodePair>& next, Found& found) const {
+  Bvtt(shape_, shape_, true).for_children(pair, [&](const NodePair& child) {
+    look(parts, child, next, found);
+  });
 }
 
 template <class Bounds>
@@ -167,7 +174,7 @@ void NearParts<Bounds>::traverse(const Parts& parts, std::vector<NodePair>& stac
     paced.check();
     const NodePair pair = stack.back();
     stack.pop_back();
-    look(parts, pair, stack, found);
+    look_at_children(parts, pair, stack, found);
   }
 }
 
@@ -176,10 +183,10 @@ template <class Bounds>
 void NearParts<Bounds>::traverse_all(const Parts& parts, std::size_t most, StopSignal stop) {
   constexpr std::size_t kTasks = 64;
   stack_.clear();
-  if (!nodes_.empty()) stack_.push_back(Bvtt::root());
+  if (!nodes_.empty()) look(parts, Bvtt::root(), stack_, found_);
   while (!stack_.empty() && stack_.size() < kTasks) {
     level_.clear();
-    for (const NodePair& pair : stack_) look(parts, pair, level_, found_);
+    for (const NodePair& pair : stack_) look_at_children(parts, pair, level_, found_);
     stack_.swap(level_);
   }
   if (stack_.empty()) return;
@@ -264,7 +271,7 @@ std::span<const NearPair> NearParts<Bounds>::next_block(const CollisionModel& mo
                                                         std::uint64_t& bv_tests, StopSignal stop) {
   std::vector<NearPair>& near = found_.near;
   near.clear();
-  near.reserve(kBlock + 1);
+  near.reserve(kBlock + 4);  // a pair has as many children
   for (; next_self_ < order_.size() && near.size() < kBlock; ++next_self_) {
     const PartId p = order_[next_self_];
     if (model.self_collision(p)) near.push_back({{p, p}, changed[number_of(p)] == 0});

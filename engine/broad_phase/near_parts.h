@@ -69,8 +69,10 @@ class NearParts {
   void refit(NodeId node, const CollisionModel& model, std::span<const Bounds> roots,
              std::span<const std::uint8_t> changed);
   double looseness() const;
-  /// Tests a pair: it has children, which are appended to `next`, or parts that are near, or neither.
+  /// Tests a pair: it has children and is appended to `next`, or parts that are near, or neither.
   void look(const Parts& parts, const NodePair& pair, std::vector<NodePair>& next, Found& found) const;
+  void look_at_children(const Parts& parts, const NodePair& pair, std::vector<NodePair>& next,
+                        Found& found) const;
   /// Continues from `stack` until it is empty, or `enough(found)`.
   template <class Enough>
   void traverse(const Parts& parts, std::vector<NodePair>& stack, Found& found, StopSignal stop,
@@ -85,7 +87,7 @@ class NearParts {
   double built_looseness_ = 0;
   Found found_;
   std::vector<NearPair> last_;
-  std::vector<NodePair> stack_;  // not yet traversed
+  std::vector<NodePair> stack_;  // whose children are not yet looked at
   std::vector<NodePair> level_;  // for traverse_all() alone
   std::vector<Task> tasks_;
   std::size_t next_self_ = 0;    // index in `order_` of the next part against itself for next_block()
