@@ -54,7 +54,8 @@ ReferenceShape::ReferenceShape(std::span<const VertexMotion> vertices, const Loc
   for (int axis = 0; axis < 3; ++axis) centre[axis] = lo[axis] / 2 + hi[axis] / 2;
   if (!vertices.empty() && vertices.size() <= MovingPoints::kMost)
     points = RestPoints(positions, centre, frame);
-  // A pose may be off a rotation by kPoseTolerance in each of nine products: far less than this.
+  // A pose may be off a rotation by kPoseTolerance in each of nine products, and what a commit left be longer
+  // by 16 times that in the square (pose.cpp): less than this.
   radius = radius_about(positions, centre, stop) * (1 + 16 * kPoseTolerance);
 }
 

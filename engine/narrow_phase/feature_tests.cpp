@@ -89,9 +89,11 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
       const double rounds = input_->room->of(v, vertex, body, farthest(half_space));
       const double room = std::max(rounds, CommitRoom::least_of(pair_size(vertex, half_space), separation));
       const RoomQuestion question{separation, room, elementary.latest, options.leave_out_overlaps};
-      const bool by_itself =
-          input_->room->by_themselves({&v, 1}, input_->vertices) && !input_->room->goes_by_poses(body);
-      const bool straight = input_->room->leave_straight({&v, 1}, input_->vertices);
+      // Of a half-space that goes by poses a commit rounds point and normal, also where both ends are the
+      // same.
+      const bool stays = !input_->room->goes_by_poses(body);
+      const bool by_itself = stays && input_->room->by_themselves({&v, 1}, input_->vertices);
+      const bool straight = by_itself || (stays && input_->room->leave_straight({&v, 1}, input_->vertices));
       const RoomPairState state{rounds == 0 && !half_space.moves(), by_itself, straight, separation, counts};
       verdict = stopped(question, HalfSpaceInRoom(vertex, twist, half_space, state, test));
     }
@@ -332,9 +334,9 @@ RoomQuestion PairTester::room_question(const FeaturePair& pair, const FeatureVer
 
 RoomPairState PairTester::room_state(const FeaturePair& pair, const RoomQuestion& asked,
                                      ElementaryCounts& counts) const {
-  return {input_->room->of(pair.vertices, input_->vertices) == 0,
-          input_->room->by_themselves(pair.vertices, input_->vertices),
-          input_->room->leave_straight(pair.vertices, input_->vertices),
+  const bool by_itself = input_->room->by_themselves(pair.vertices, input_->vertices);
+  return {input_->room->of(pair.vertices, input_->vertices) == 0, by_itself,
+          by_itself || input_->room->leave_straight(pair.vertices, input_->vertices),
           asked.separation + CommitRoom::kNear * asked.room, counts};
 }
 

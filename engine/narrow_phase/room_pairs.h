@@ -89,7 +89,7 @@ class HalfSpaceInRoom {
     return warmfront::starts_within(vertex_, half_space_, separation, state_.counts);
   }
   bool keeps_its_side() const {
-    if (twist_ != nullptr || half_space_.moves()) return false;
+    if (twist_ != nullptr) return false;
     return (state_.straight && goes_with_normal(vertex_, half_space_)) ||
            (state_.by_itself && warmfront::keeps_its_side(vertex_, half_space_)) ||
            is_inside_and_goes_no_deeper(vertex_, half_space_);

@@ -74,7 +74,7 @@ class Remote:
         try:
             return SessionInfo.read_from(self.link.connection.get(self.link.session_id))
         except NotFoundError as error:
-            raise NotFoundError(f"{error.message}; the session's next frame creates it there again", reason=error.reason) from None
+            raise error.said_with("", "; the session's next frame creates it there again") from None
 
     def close(self) -> None:
         # The stream and the frames are the waiting thread's, which may be in the middle of them.

@@ -91,6 +91,24 @@ TEST(TouchingRoom, WhatStandsOnAHalfSpaceMayBeLiftedByPoses) {
   }
 }
 
+// Also where both ends are the same, a commit rounds what goes by poses.
+TEST(TouchingRoom, WhatStandsOnAHalfSpaceThatTurnsInPlaceIsHeld) {
+  Standing standing(BodyKind::kDeformable);
+  standing.scene.bodies[1].kind = BodyKind::kRigid;
+  Collider collider = standing.collider(Tier::kCertified);
+  Pose turned;
+  turned.matrix = {0.6, -0.8, 0, 0, 0.8, 0.6, 0, 0, 0, 0, 1, 0};
+  const std::vector<BodyPose> poses{{1, turned}};
+  std::vector<double> lifted = standing.start;
+  for (std::size_t v = 0; v < 8; ++v) lifted[3 * v + 2] += 0.25;
+  const std::vector<BodyPositions> bodies{{0, std::span<const double>(lifted)}};
+  Frame frame;
+  frame.bodies = bodies;
+  EXPECT_EQ(collider.max_step(frame).value().fraction, 1);
+  frame.poses = poses;
+  EXPECT_EQ(collider.max_step(frame).value().fraction, 0);
+}
+
 // However deep: no rounding takes a vertex through what it is through.
 TEST(TouchingRoom, WhatIsInAHalfSpaceMayLeaveItAndGoAlong) {
   SceneDescription scene;

@@ -18,13 +18,26 @@ namespace {
 using test::Heap;
 using ::testing::HasSubstr;
 
-TEST(DaemonRecording, StopsAtItsBoundAndTheSessionGoesOn) {
+/// A daemon that records into a folder, and its client.
+struct RecordingDaemon {
+  explicit RecordingDaemon(std::size_t most_bytes = server::Config().record_max_bytes)
+      : config(recording_into(folder, most_bytes)) {}
+  static server::Config recording_into(const test::TemporaryFolder& folder, std::size_t most_bytes) {
+    server::Config config;
+    config.record_dir = folder.path();
+    config.record_max_bytes = most_bytes;
+    return config;
+  }
+
   const test::TemporaryFolder folder;
   server::Config config;
-  config.record_dir = folder.path();
-  config.record_max_bytes = 64 << 10;
-  test::LocalDaemon daemon(config);
+  test::LocalDaemon daemon{config};
   Client client = Client::connect(daemon.address()).value();
+};
+
+TEST(DaemonRecording, StopsAtItsBoundAndTheSessionGoesOn) {
+  RecordingDaemon recording(64 << 10);
+  auto& [folder, config, daemon, client] = recording;
   Heap<double> heap;
   {
     Session session = client.create_session(heap.description, std::span<const double>(heap.x)).value();
@@ -47,11 +60,8 @@ TEST(DaemonRecording, StopsAtItsBoundAndTheSessionGoesOn) {
 
 // Between before and after a placement nothing moves: as a sequence of frames it would be a motion.
 TEST(DaemonRecording, OfAPlacementIsNoSequenceOfFrames) {
-  const test::TemporaryFolder folder;
-  server::Config config;
-  config.record_dir = folder.path();
-  test::LocalDaemon daemon(config);
-  Client client = Client::connect(daemon.address()).value();
+  RecordingDaemon recording;
+  Client& client = recording.client;
   Heap<double> heap;
   const std::span<const double> x(heap.x);
   for (const bool places : {false, true}) {
@@ -62,9 +72,9 @@ TEST(DaemonRecording, OfAPlacementIsNoSequenceOfFrames) {
     }
     ASSERT_TRUE(session.step(x).ok());
   }
-  daemon.stop();
+  recording.daemon.stop();
   std::vector<std::string> told;
-  for (const auto& file : std::filesystem::directory_iterator(folder.path())) {
+  for (const auto& file : std::filesystem::directory_iterator(recording.folder.path())) {
     const auto scene = open_recorded_scene(file.path());
     told.push_back(scene ? "" : scene.error().message);
   }
@@ -72,11 +82,8 @@ TEST(DaemonRecording, OfAPlacementIsNoSequenceOfFrames) {
 }
 
 TEST(DaemonRecording, AnUploadThatFailsLeavesNoFileAndABadFolderNoDaemon) {
-  const test::TemporaryFolder folder;
-  server::Config config;
-  config.record_dir = folder.path();
-  test::LocalDaemon daemon(config);
-  Client client = Client::connect(daemon.address()).value();
+  RecordingDaemon recording;
+  auto& [folder, config, daemon, client] = recording;
   Heap<double> heap;
   heap.description.faces[0] = {0, 1, 1'000'000};
   EXPECT_FALSE(client.create_session(heap.description, std::span<const double>(heap.x)).ok());
