@@ -192,6 +192,12 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   const double tolerance =
       options.keep_distance && options.tier == Tier::kExact ? 0x1p-32 : options.tolerance;
   const CertifiedOptions kept{.tolerance = tolerance};
+  const bool leaves_room = max_step && options.tier != Tier::kFast;
+  const bool filtered = !leaves_room && options.min_separation == 0 && made.most_thickness() == 0;
+  const auto elementary = [&](const FeatureVertices& features, double separation) {
+    const Verdict verdict = elementary_test(features, elementary_options(options, separation), counts);
+    return verdict.contact && filtered && left_out_by_filter(features) ? Verdict() : verdict;
+  };
   const auto test = [&](const TurningPair& pair, double separation) {
     if (pair.first != nullptr || pair.second != nullptr) {
       return options.keep_distance ? turning_keep_distance_test(pair, keep_of(separation), kept)
@@ -200,9 +206,8 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
     }
     return options.keep_distance ? keep_distance_test(pair.features, keep_of(separation), kept)
            : candidates          ? candidate_test(pair.features, separation)
-                        : elementary_test(pair.features, elementary_options(options, separation), counts);
+                                 : elementary(pair.features, separation);
   };
-  const bool leaves_room = max_step && options.tier != Tier::kFast;
   std::vector<Contact> contacts = found_by(
       scene, made, vertices, twists, options.keep_distance ? 1 : options.min_separation,
       [&](const TurningPair& pair, const Contact& ids, double thickness) {

@@ -9,12 +9,14 @@
 #include <random>
 #include <vector>
 
+#include "engine/elementary/certified.h"
 #include "engine/elementary/exact.h"
 #include "engine/elementary/exact/exact_roots.h"
 #include "engine/elementary/exact_polygon.h"
 #include "engine/elementary/inside.h"
 #include "engine/narrow_phase/feature_block.h"
 #include "engine/narrow_phase/separation_filter.h"
+#include "engine/pair_test.h"
 #include "tests/support/exact_oracle.h"
 #include "tests/support/feature_case.h"
 #include "tests/support/torture.h"
@@ -112,6 +114,25 @@ bool kept_by_directions(const FeatureCase& query) {
 bool meets(const FeatureCase& query) {
   std::uint64_t exact_tests = 0;
   return exact_test(query.features(), 1, exact_tests).contact;
+}
+
+// Edges that part from where their ends are a unit in the last place apart: certified cannot tell that they
+// do not meet there. A filter is part of a step's answer, and such an answer is the better one.
+TEST(ElementaryStages, TheSeparationFilterMayKnowMoreThanCertified) {
+  const Points t0{{{0x1.f3b5b2ae2ea31p+9, 0x1.f47504e242577p+9, 0x1.f33cee42f95cap+9},
+                   {0x1.f350ceefc7a7p+9, 0x1.f3b8e5fc3c7d9p+9, 0x1.f3e3fe6d6fce2p+9},
+                   {0x1.f350ceefc7a7p+9, 0x1.f3b8e5fc3c7d8p+9, 0x1.f3e3fe6d6fce2p+9},
+                   {0x1.f35bbe01d9988p+9, 0x1.f40ebcc27517dp+9, 0x1.f3b0813a07c11p+9}}};
+  const Points t1{{{0x1.f3ad0ad8fc195p+9, 0x1.f479c6c3fc30cp+9, 0x1.f336d58305765p+9},
+                   {0x1.f357fd6d3708cp+9, 0x1.f3a7180665d99p+9, 0x1.f3e650d791d76p+9},
+                   {0x1.f34db88637408p+9, 0x1.f3cad1424a093p+9, 0x1.f3e2192957172p+9},
+                   {0x1.f357a81b7c406p+9, 0x1.f40cf988024e1p+9, 0x1.f3b5428e25842p+9}}};
+  const FeatureCase edges(ContactKind::kEdgeEdge, t0, t1);
+  EXPECT_EQ(certified_test(edges.features(), {}).status, ContactStatus::kOverlapAtStart);
+  EXPECT_FALSE(meets(edges));
+  EXPECT_FALSE(kept_by_directions(edges));
+  const auto step = test_pair({ContactKind::kEdgeEdge, t0, t1}, {.tier = Tier::kCertified});
+  EXPECT_FALSE(step.value().has_value());
 }
 
 // Primitives that touch at t = 1/2, in passing by: a vertex at the middle of a face's edge, or the middle of
