@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What of all contacts a question is told.
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <limits>
 #include <map>
 #include <utility>
 
+#include "engine/elementary/contact_geometry.h"
+#include "engine/elementary/turning.h"
 #include "tests/support/accepted_state_parts.h"
 
 namespace warmfront::testing {
@@ -73,6 +77,32 @@ Outcome answer_of(std::vector<Contact> contacts, const SceneDescription& scene, 
   if (options.report == Report::kAny) outcome.ef = std::min<std::uint64_t>(outcome.ef, 1);
   if (lists) outcome.contacts = std::move(contacts);
   return outcome;
+}
+
+void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion> vertices,
+              std::span<const HalfSpaceMotion> half_spaces, const Twists& twists) {
+  // What turns rests where it is then.
+  const auto then = [&](std::uint32_t v, double toi) {
+    const Twist* twist = twist_around(twists, made, v);
+    if (twist == nullptr) return vertices[v];
+    const auto at = on_arc(vertices[v], *twist, toi);
+    return VertexMotion{at, at};
+  };
+  for (const Contact& contact : outcome.contacts) {
+    if (contact.kind == ContactKind::kVertexHalfSpace) {
+      outcome.geometry.push_back(
+          half_space_geometry(then(contact.a, contact.toi), half_spaces[contact.b], contact.toi));
+      continue;
+    }
+    std::array<VertexMotion, 4> moving;
+    std::array<const VertexMotion*, 4> four;
+    const auto ids = made.vertices_of(contact);
+    for (std::size_t k = 0; k < 4; ++k) {
+      moving[k] = then(ids[k], contact.toi);
+      four[k] = &moving[k];
+    }
+    outcome.geometry.push_back(contact_geometry(contact.kind, four, contact.toi));
+  }
 }
 
 }  // namespace warmfront::testing

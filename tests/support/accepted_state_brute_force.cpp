@@ -6,13 +6,11 @@
 #include <utility>
 
 #include "engine/elementary/candidate.h"
-#include "engine/elementary/contact_geometry.h"
 #include "engine/elementary/edge_face.h"
 #include "engine/elementary/proximity.h"
 #include "engine/elementary/turning.h"
 #include "engine/scene/screws.h"
 #include "engine/scene/thickness.h"
-#include "engine/screw.h"
 #include "tests/support/accepted_state.h"
 #include "tests/support/accepted_state_parts.h"
 #include "tests/support/brute_force.h"
@@ -117,32 +115,6 @@ void add_half_spaces(std::vector<Contact>& contacts, const SceneDescription& sce
       if (verdict.contact)
         contacts.push_back({ContactKind::kVertexHalfSpace, verdict.status, v, b, verdict.toi});
     }
-  }
-}
-
-void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion> vertices,
-              std::span<const HalfSpaceMotion> half_spaces, const Twists& twists) {
-  // What turns rests where it is then.
-  const auto then = [&](std::uint32_t v, double toi) {
-    const Twist* twist = twist_around(twists, made, v);
-    if (twist == nullptr) return vertices[v];
-    const auto at = on_arc(vertices[v], *twist, toi);
-    return VertexMotion{at, at};
-  };
-  for (const Contact& contact : outcome.contacts) {
-    if (contact.kind == ContactKind::kVertexHalfSpace) {
-      outcome.geometry.push_back(
-          half_space_geometry(then(contact.a, contact.toi), half_spaces[contact.b], contact.toi));
-      continue;
-    }
-    std::array<VertexMotion, 4> moving;
-    std::array<const VertexMotion*, 4> four;
-    const auto ids = made.vertices_of(contact);
-    for (std::size_t k = 0; k < 4; ++k) {
-      moving[k] = then(ids[k], contact.toi);
-      four[k] = &moving[k];
-    }
-    outcome.geometry.push_back(contact_geometry(contact.kind, four, contact.toi));
   }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "engine/elementary/half_space.h"
@@ -25,6 +26,9 @@ std::vector<double> target_of(const AcceptedState& state, const StepOperation& s
 /// What of all contacts of a question the options ask for; `made` is the scene as made.
 Outcome answer_of(std::vector<Contact> contacts, const SceneDescription& scene, const Scene& made,
                   const ColliderOptions& options);
+/// Adds the geometry of each contact of the outcome, on these motions.
+void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion> vertices,
+              std::span<const HalfSpaceMotion> half_spaces, const Twists& twists);
 /// By body: what poses of a step turn along screws.
 Twists twists_of(const AcceptedState& state, const StepOperation& step);
 /// By body: how what poses of a step move is rounded by a commit.
