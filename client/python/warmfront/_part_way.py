@@ -41,15 +41,23 @@ def vertices_part_way(start: Array, end: Array, fraction: float, dtype: np.dtype
 
 def each_part_way(start: Array, end: Array, fractions: Array, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
     """The same of positions (n, k, 3), with a fraction (n) for each row of them."""
-    of_row = fractions[:, None, None]
-    still = (bits(start) == bits(end)).all(axis=2, keepdims=True)
-    at = np.where(of_row == 0, start, _between(start, end, of_row, dtype))
-    return np.where(still | (of_row == 1), end, at)
+    return _each(start, end, fractions, (bits(start) == bits(end)).all(axis=2, keepdims=True), dtype)
+
+
+def _each(start: Array, end: Array, fractions: Array, still: Array, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
+    share = fractions[:, None, None]
+    at = np.where(still | (share == 1), end, _between(start, end, share, dtype))
+    return np.where(share == 0, start, at)
 
 
 def pose_part_way(start: Array, end: Array, fraction: float, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
     """The same of the numbers of a pose (3, 4); for fractions between 0 and 1 it is in general no rotation."""
     return end if (start == end).all() else part_way(start, end, fraction, dtype)
+
+
+def each_pose_part_way(start: Array, end: Array, fractions: Array, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
+    """The same of poses (n, 3, 4), with a fraction (n) for each."""
+    return _each(start, end, fractions, (start == end).all(axis=(1, 2), keepdims=True), dtype)
 
 
 def bits(values: Array) -> npt.NDArray[np.uint64]:

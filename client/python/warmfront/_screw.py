@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where part of a motion along a screw ends: engine/screw.h, operation for operation, so that it gives the daemon's bits.
-Pure functions; numbers are float64, and no library's sine, whose last bit differs from machine to machine."""
+Pure functions; numbers are float64, and no library's sine, whose last bit differs from machine to machine.
+
+A number is a float, or an array of one for each of many poses: the same operations have the same bits, and a single pose takes a
+third of the time without arrays. `pose[i][k]` of a pose is a number, and of many that of each: (3, 4, n)."""
 from __future__ import annotations
 
 import math
@@ -9,12 +12,13 @@ from typing import Any, Callable
 import numpy as np
 import numpy.typing as npt
 
-from ._part_way import pose_part_way
+from ._part_way import each_pose_part_way, pose_part_way
 from .errors import InvalidArgumentError
 from .scene import pose_of
 
 Array = npt.NDArray[Any]
-Vector = tuple[float, float, float]
+Number = Any
+Vector = tuple[Number, Number, Number]
 _TERMS = 14
 _TOLERANCE = 1e-5  # kPoseTolerance of engine/pose.h
 
@@ -60,61 +64,75 @@ def pose_along_screw(start: Array, end: Array, fraction: float, dtype: np.dtype[
     `end` itself at fraction 1 and `start` itself at 0."""
     if fraction in (0, 1):
         return end if fraction == 1 else start
-    angular, linear = twist_between(start, end)
-    squared = _squared(angular)
+    squared, bend = _bend(start.tolist(), end.tolist(), fraction)
     if squared == 0:
         return pose_part_way(start, end, fraction, dtype)
+    return _bent(pose_part_way(start, end, fraction, np.dtype("f8")), np.array(bend), dtype)
+
+
+def poses_along_screws(starts: Array, ends: Array, fractions: Array, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
+    """The same of many poses (n, 3, 4), each at its own of `fractions` (n)."""
+    with np.errstate(all="ignore"):  # of what does not turn, which is not used
+        squared, bend = _bend(np.moveaxis(starts, 0, -1), np.moveaxis(ends, 0, -1), fractions)
+    bent = _bent(each_pose_part_way(starts, ends, fractions, np.dtype("f8")), np.moveaxis(np.array(bend), -1, 0), dtype)
+    turns = (squared != 0) & (fractions != 0) & (fractions != 1)
+    return np.where(turns[:, None, None], bent, each_pose_part_way(starts, ends, fractions, dtype))
+
+
+def _bent(line: Array, bend: Array, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
+    """What is on a line, and beside it by `bend`; where that is beyond float64, on the line. Rounded to `dtype`."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        beside = line + bend
+    bent: npt.NDArray[np.float64] = np.where(np.isfinite(beside), beside, line).astype(dtype).astype(np.float64)
+    return bent
+
+
+def _bend(start: Any, end: Any, fraction: Number) -> tuple[Number, list[list[Number]]]:
+    """The square of the angle between two poses, and how far part of the screw is beside part of the line, (3, 4)."""
+    angular, linear = _twist_between(start, end)
+    squared = _squared(angular)
     of_bend, of_turn = _arc_shares(squared, fraction)
-    pose = pose_part_way(start, end, fraction, np.dtype("f8")).copy()
+    columns = []
     for k in range(4):
         bend = _cross(angular, _cross(angular, _column(start, k)) if k < 3 else linear)
         turn = _cross(angular, bend)
-        for row in range(3):
-            bent = float(pose[row, k]) + (of_bend * bend[row] + of_turn * turn[row])
-            if math.isfinite(bent):
-                pose[row, k] = bent
-    rounded: npt.NDArray[np.float64] = pose.astype(dtype).astype(np.float64)
-    return rounded
+        columns.append([of_bend * bend[row] + of_turn * turn[row] for row in range(3)])
+    return squared, [list(row) for row in zip(*columns)]
 
 
-def twist_between(start: Array, end: Array) -> tuple[Vector, Vector]:
+def _twist_between(start: Any, end: Any) -> tuple[Vector, Vector]:
     """The angular velocity, and the linear one of the point that is at the translation of `start`."""
-    begin = _column(start, 3)
-    way = (float(end[0, 3]) - begin[0], float(end[1, 3]) - begin[1], float(end[2, 3]) - begin[2])
+    begin, last = _column(start, 3), _column(end, 3)
+    way = (last[0] - begin[0], last[1] - begin[1], last[2] - begin[2])
     real, imaginary = _quaternion(start, end)
-    length = math.sqrt(_squared(imaginary))
-    if not length > 0:
-        return (0.0, 0.0, 0.0), way
-    angular = _scaled(2 * _angle(real, length) / length, imaginary)
+    length = _root(_squared(imaginary))
+    turns = length > 0
+    angular = _chosen(turns, _scaled(2 * _angle(real, length) / _where(turns, length, 1.0), imaginary), (0.0, 0.0, 0.0))
     across = _cross(angular, way)
     back = _scaled(_cotangent_share(_squared(angular)), _cross(angular, across))
     return angular, _sum(_sum(way, _scaled(-0.5, across)), back)
 
 
-def _quaternion(start: Array, end: Array) -> tuple[float, Vector]:
+def _quaternion(start: Any, end: Any) -> tuple[Number, Vector]:
     """Of the rotation between, of some length from 1 to 4."""
-    a, b = end.tolist(), start.tolist()
+    a, b = end, start
     r = [(a[i][0] * b[j][0] + a[i][1] * b[j][1]) + a[i][2] * b[j][2] for i in range(3) for j in range(3)]
     ww = 1 + ((r[0] + r[4]) + r[8])
     xx = 1 + ((r[0] - r[4]) - r[8])
     yy = 1 + ((r[4] - r[0]) - r[8])
     zz = 1 + ((r[8] - r[0]) - r[4])
-    if ww >= xx and ww >= yy and ww >= zz:
-        q = (ww, r[7] - r[5], r[2] - r[6], r[3] - r[1])
-    elif xx >= yy and xx >= zz:
-        q = (r[7] - r[5], xx, r[1] + r[3], r[2] + r[6])
-    elif yy >= zz:
-        q = (r[2] - r[6], r[1] + r[3], yy, r[5] + r[7])
-    else:
-        q = (r[3] - r[1], r[2] + r[6], r[5] + r[7], zz)
-    sign = -1.0 if q[0] < 0 else 1.0
+    q = _chosen((ww >= xx) & (ww >= yy) & (ww >= zz), (ww, r[7] - r[5], r[2] - r[6], r[3] - r[1]),
+                _chosen((xx >= yy) & (xx >= zz), (r[7] - r[5], xx, r[1] + r[3], r[2] + r[6]),
+                        _chosen(yy >= zz, (r[2] - r[6], r[1] + r[3], yy, r[5] + r[7]),
+                                (r[3] - r[1], r[2] + r[6], r[5] + r[7], zz))))
+    sign = _where(q[0] < 0, -1.0, 1.0)
     return sign * q[0], (sign * q[1], sign * q[2], sign * q[3])
 
 
-def _angle(x: float, y: float) -> float:
-    t = y / (x + math.sqrt(x * x + y * y))
+def _angle(x: Number, y: Number) -> Number:
+    t = y / (x + _root(x * x + y * y))
     for _ in range(2):
-        t = t / (1 + math.sqrt(1 + t * t))
+        t = t / (1 + _root(1 + t * t))
     square = t * t
     series = 0.0
     for k in range(15, -1, -1):
@@ -122,34 +140,34 @@ def _angle(x: float, y: float) -> float:
     return 8 * (t * series)
 
 
-def _alternating(z: float, first: float, ratio: Callable[[int], float]) -> float:
+def _alternating(z: Number, first: float, ratio: Callable[[int], float]) -> Number:
     series = 1.0
     for k in range(_TERMS, 0, -1):
         series = 1 - (z * ratio(k)) * series
     return first * series
 
 
-def _versine(z: float) -> float:
+def _versine(z: Number) -> Number:
     return _alternating(z, 0.5, lambda k: 1.0 / ((2 * k + 1) * (2 * k + 2)))
 
 
-def _lag(z: float) -> float:
+def _lag(z: Number) -> Number:
     return _alternating(z, 1.0 / 6, lambda k: 1.0 / ((2 * k + 2) * (2 * k + 3)))
 
 
-def _cotangent_share(z: float) -> float:
+def _cotangent_share(z: Number) -> Number:
     series = _alternating(z, 1.0 / 12, lambda k: (k + 1.0) / (k * (2.0 * k + 3) * (2.0 * k + 4)))
     return series / (2 * _versine(z))
 
 
-def _arc_shares(squared: float, s: float) -> tuple[float, float]:
+def _arc_shares(squared: Number, s: Number) -> tuple[Number, Number]:
     square = s * s
     return (square * _versine(squared * square) - s * _versine(squared),
             (square * s) * _lag(squared * square) - s * _lag(squared))
 
 
-def _column(pose: Array, k: int) -> Vector:
-    return float(pose[0, k]), float(pose[1, k]), float(pose[2, k])
+def _column(pose: Any, k: int) -> Vector:
+    return pose[0][k], pose[1][k], pose[2][k]
 
 
 def _cross(a: Vector, b: Vector) -> Vector:
@@ -160,9 +178,25 @@ def _sum(a: Vector, b: Vector) -> Vector:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-def _scaled(s: float, a: Vector) -> Vector:
+def _scaled(s: Number, a: Vector) -> Vector:
     return s * a[0], s * a[1], s * a[2]
 
 
-def _squared(a: Vector) -> float:
+def _squared(a: Vector) -> Number:
     return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+
+
+def _root(x: Number) -> Number:
+    return np.sqrt(x) if isinstance(x, np.ndarray) else math.sqrt(x)
+
+
+def _where(holds: Any, then: Number, otherwise: Number) -> Number:
+    if isinstance(holds, np.ndarray):
+        return np.where(holds, then, otherwise)
+    return then if holds else otherwise
+
+
+def _chosen(holds: Any, then: tuple[Number, ...], otherwise: tuple[Number, ...]) -> Any:
+    if isinstance(holds, np.ndarray):
+        return tuple(np.where(holds, a, b) for a, b in zip(then, otherwise))
+    return then if holds else otherwise

@@ -15,7 +15,7 @@ from ._copies import Copies
 from ._frame import Part
 from ._part_way import each_part_way
 from ._question import question_of
-from ._screw import pose_along_screw
+from ._screw import poses_along_screws
 from ._state import raw
 from ._uncopied import Uncopied
 from .answer import Committed, Contacts, MaxStep
@@ -137,13 +137,12 @@ class Batch(Uncopied):
             rows = self._rows(positions, self.count, start.shape[1], dtype).reshape(start.shape)
             at = each_part_way(start.astype(np.float64), rows.astype(np.float64), share, dtype).astype(dtype)
         if poses is not None:
-            placed = self._matrices(poses, self.count).astype(np.float64)
-            before = self.session.poses
-            numbers = self._copies.bodies_in(np.arange(self.count), ("rigid",)).reshape(self.count, -1)
-            for copy, rigid in enumerate(numbers.tolist()):
-                for k, number in enumerate(rigid):
-                    end = placed[copy, k].astype(dtype).astype(np.float64)
-                    placed[copy, k] = pose_along_screw(before.get(number, np.eye(3, 4)), end, float(share[copy]), dtype)
+            ends = self._matrices(poses, self.count).astype(dtype).astype(np.float64)
+            before, unmoved = self.session.poses, np.eye(3, 4)
+            numbers = self._copies.bodies_in(np.arange(self.count), ("rigid",)).tolist()
+            starts = np.array([before.get(number, unmoved) for number in numbers]).reshape(-1, 3, 4)
+            of_pose = np.repeat(share, ends.shape[1])
+            placed = poses_along_screws(starts, ends.reshape(-1, 3, 4), of_pose, dtype).reshape(ends.shape)
         return at, placed
 
     def proximity(self, distance: float, **arguments: Any) -> BatchContacts:

@@ -6,7 +6,7 @@ from fake_daemon import FakeDaemon
 
 import warmfront
 from warmfront import Body, InvalidArgumentError, UnimplementedError
-from warmfront._screw import pose_along_screw
+from warmfront._screw import pose_along_screw, poses_along_screws
 
 HAND = np.array([[0, -0.1, 0], [0, 0.1, 0], [2, 0, 0]], float)
 POINTS = np.array([[1, 3**0.5, 0], [0.25, 0.43, 0]])
@@ -54,6 +54,26 @@ def test_part_of_a_screw_is_as_far_from_its_axis():
         assert abs(pose[2, 3] - 2 * f) < 1e-14
     assert pose_along_screw(start, end, 0, np.dtype("f8")).tobytes() == start.tobytes()
     assert pose_along_screw(start, end, 1, np.dtype("f8")).tobytes() == end.tobytes()
+
+
+@pytest.mark.parametrize("dtype", [np.dtype("f4"), np.dtype("f8")])
+def test_many_poses_have_the_bits_of_each(dtype):
+    numbers = np.random.default_rng(3)
+    angles = [0, 1e-300, 1e-160, 1e-8, 0.1, 1, 2, np.pi - 1e-9, np.pi]
+    ways = []
+    for size in (0, 1e-30, 1, 1e37 if dtype == np.dtype("f4") else 1.7e308):
+        for angle in angles:
+            for f in (0, 5e-324, 0.3, 1 - 2**-53, 1):
+                turn, shifts = np.roll(turned(angle)[:, :3], numbers.integers(3), (0, 1)), numbers.uniform(-1, 1, (2, 3)) * size
+                start = np.roll(turned(numbers.uniform(-3, 3)), numbers.integers(3), axis=0)
+                ways.append((np.column_stack([start[:, :3], shifts[0]]), np.column_stack([turn @ start[:, :3], shifts[1]]), f))
+                ways.append((start, start, f))
+                ways.append((start, -0.0 * start + start, f))
+    starts, ends = (np.array(poses).astype(dtype).astype(np.float64) for poses in list(zip(*ways))[:2])
+    fractions = np.array([f for _, _, f in ways])
+    together = poses_along_screws(starts, ends, fractions, dtype)
+    for k, pose in enumerate(together):
+        assert pose.tobytes() == pose_along_screw(starts[k], ends[k], float(fractions[k]), dtype).tobytes(), ways[k]
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
