@@ -78,7 +78,8 @@ void ChaosProxy::accept_all() {
   for (std::uint64_t number = 0; !stopping_;) {
     pollfd ready{listener_, POLLIN, 0};
     if (::poll(&ready, 1, kGlanceMs) <= 0) continue;
-    const int client = ::accept(listener_, nullptr, nullptr);
+    // Not for the daemons that are started meanwhile: one would keep open what is closed here.
+    const int client = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     if (client < 0) continue;
     ++counts_.connections;
     forwarders_.emplace_back([this, client, seed = seed_ + ++number] { forward(client, seed); });

@@ -69,7 +69,7 @@ void Switchboard::accept_all() {
   while (!stopping_) {
     pollfd ready{listener_, POLLIN, 0};
     if (::poll(&ready, 1, kGlanceMs) <= 0) continue;
-    const int client = ::accept(listener_, nullptr, nullptr);
+    const int client = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     if (client < 0) continue;
     const std::lock_guard lock(mutex_);
     forwarders_.emplace_back([this, client, to = to_, epoch = epoch_.load()] { forward(client, to, epoch); });
