@@ -80,6 +80,15 @@ class Batch(Uncopied):
         self._check_layout()
         return self.session.positions[self._copies.first_vertex:].reshape(self.count, self._copies.vertices, 3)
 
+    @property
+    def poses(self) -> npt.NDArray[np.float64]:
+        """(n, rigid bodies, 3, 4) float64 [R t]: `Session.poses` of each copy's rigid bodies, in the order of poses=; the identity
+        of one that is where the positions last given of it say. A copy."""
+        self._check_layout()
+        moved, unmoved = self.session.poses, np.eye(3, 4)
+        rigid = self._copies.bodies_in(np.arange(self.count), ("rigid",)).tolist()
+        return np.array([moved.get(number, unmoved) for number in rigid]).reshape(self.count, -1, 3, 4)
+
     def step(self, positions: Any = None, *, poses: Any = None, worlds: Any = None, timeout: Optional[float] = None,
              **options: Any) -> BatchContacts:
         """`Session.step()` of all copies, or of some. options: those of one question, as there."""
@@ -138,10 +147,7 @@ class Batch(Uncopied):
             at = each_part_way(start.astype(np.float64), rows.astype(np.float64), share, dtype).astype(dtype)
         if poses is not None:
             ends = self._matrices(poses, self.count).astype(dtype).astype(np.float64)
-            before, unmoved = self.session.poses, np.eye(3, 4)
-            numbers = self._copies.bodies_in(np.arange(self.count), ("rigid",)).tolist()
-            starts = np.array([before.get(number, unmoved) for number in numbers]).reshape(-1, 3, 4)
-            of_pose = np.repeat(share, ends.shape[1])
+            starts, of_pose = self.poses.reshape(-1, 3, 4), np.repeat(share, ends.shape[1])
             placed = poses_along_screws(starts, ends.reshape(-1, 3, 4), of_pose, dtype).reshape(ends.shape)
         return at, placed
 

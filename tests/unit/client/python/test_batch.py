@@ -125,7 +125,9 @@ def test_rigid_bodies_of_a_batch_go_by_poses(anywhere):
         told = batch.trial(poses=np.stack([down, stay, down])[:, None], tier="exact")
         assert (told.counts > 0).tolist() == [True, False, True] and told.tois[0] == 0.5
         moved = np.broadcast_to(BEFORE[:3] - [0, 0, 5], (3, 3, 3))
+        assert batch.poses.tobytes() == np.stack([stay] * 3).tobytes(), "a trial moves nothing"
         both = batch.step(moved, poses=np.stack([down, stay, down])[:, None])
+        assert batch.poses.shape == (3, 1, 3, 4) and (batch.poses[:, 0] == [down, stay, down]).all()
         assert not both and (batch.positions[:, :3] == moved).all() and (batch.positions[[0, 2], 3:] == AFTER[3:]).all()
         told = batch.step(BEFORE[None, :3] + [0, 0, 2], poses=stay[None, None], worlds=[2])
         assert (told.counts > 0).tolist() == [False, False, True], "both come back, one through the other"
@@ -148,7 +150,7 @@ def test_each_copy_goes_as_far_as_it_may(anywhere, screw, dtype):
         assert not batch.step(at, poses=placed) or not screw
         for copy in range(5):
             rigid = warmfront.screw_way(np.eye(3, 4), poses[copy, 0], fractions[copy], dtype)
-            assert batch.session.poses[1 + 2 * copy + 1].tobytes() == rigid.tobytes()
+            assert batch.session.poses[1 + 2 * copy + 1].tobytes() == batch.poses[copy, 0].tobytes() == rigid.tobytes()
             with anywhere.session(start, FACES, bodies=bodies) as alone:
                 alone.trial(bodies={0: ends[copy]}, poses={1: poses[copy, 0]})
                 alone.commit(fractions[copy])
