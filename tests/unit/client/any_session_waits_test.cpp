@@ -199,7 +199,8 @@ TEST_P(AnySessionWaitsTest, ACancelledQuestionLeavesTheSessionAsItWas) {
     std::this_thread::sleep_for(milliseconds(5));
     stop = true;
   });
-  expect_error(session.step(endless, kCount, {.cancelled = &stop}), ErrorCode::kCancelled, "frame 1");
+  // Which frame that was is said where it was asked for: on a slow machine the flag may come before.
+  expect_error(session.step(endless, kCount, {.cancelled = &stop}), ErrorCode::kCancelled, "cancelled");
   setter.join();
   expect_error(session.trial(endless, kCount, {.cancelled = &stop}), ErrorCode::kCancelled, "cancelled");
   Pending<CommitResult> no_trial = session.commit_async();
