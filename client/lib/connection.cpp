@@ -51,7 +51,8 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   // One connection per channel: a connection is bound to about one core.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
+  // Sooner than the last retry of a call: else it fails though the daemon is there again.
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
   // Despite its name this is the time limit for connecting, handshakes included: three round trips on a
   // possibly slow line, to a possibly busy daemon.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10'000);

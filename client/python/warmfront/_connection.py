@@ -94,7 +94,8 @@ _ARGUMENTS = [
     # One connection per channel: a connection is bound to about one core.
     ("grpc.use_local_subchannel_pool", 1),
     ("grpc.initial_reconnect_backoff_ms", 100),
-    ("grpc.max_reconnect_backoff_ms", 2000),
+    # Sooner than the last retry of a call: else it fails though the daemon is there again.
+    ("grpc.max_reconnect_backoff_ms", 1000),
     # Despite its name this is the time limit for connecting, handshakes included: three round trips on a possibly slow
     # line, to a possibly busy daemon.
     ("grpc.min_reconnect_backoff_ms", 10_000),
