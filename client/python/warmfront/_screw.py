@@ -2,8 +2,8 @@
 """Where part of a motion along a screw ends: engine/screw.h, operation for operation, so that it gives the daemon's bits.
 Pure functions; numbers are float64, and no library's sine, whose last bit differs from machine to machine.
 
-A number is a float, or an array of one for each of many poses: the same operations have the same bits, and a single pose takes a
-third of the time without arrays. `pose[i][k]` of a pose is a number, and of many that of each: (3, 4, n)."""
+A number is a float, or an array of one for each of many poses: the same operations have the same bits. `pose[i][k]` of a pose is
+a number, and of many that of each: (3, 4, n)."""
 from __future__ import annotations
 
 import math
