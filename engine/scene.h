@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -42,15 +43,17 @@ enum class BodyKind : std::uint8_t {
 
 /// The longest name that a body may have.
 inline constexpr std::size_t kMaxNameBytes = 1024;
+/// No longer, and UTF-8, as Protocol Buffers have it. `where` names the body in the message.
+Status check_name(std::string_view name, const std::string& where);
 
 /// A range of vertices that form a body; or a half-space, a body without any.
 struct Body {
-  std::string name;  ///< any text, at most kMaxNameBytes
+  std::string name;  ///< any UTF-8 text, at most kMaxNameBytes
   std::uint32_t first_vertex = 0;
   std::uint32_t vertex_count = 0;
   BodyKind kind = BodyKind::kDeformable;
   bool self_collision = true;  ///< for deformable bodies; the others are never tested against themselves
-  /// Two bodies are tested against each other when the group of either has a bit in the mask of the other.
+  /// Two bodies are tested against each other when the group of each has a bit in the mask of the other.
   std::uint32_t group = 1;
   std::uint32_t mask = 0xffffffff;
   /// Finite, >= 0, in the scene's unit: that much of each of its vertices is added to the separation of every

@@ -73,7 +73,7 @@ typedef struct wf_body {
   uint32_t vertex_count;
   int32_t kind;            /* WF_DEFORMABLE */
   int32_t self_collision;  /* 1; of a deformable body */
-  uint32_t group;          /* 1; two bodies are tested when the group of either has a bit in the mask of the other */
+  uint32_t group; /* 1; two bodies are tested when the group of each has a bit in the mask of the other */
   uint32_t mask;           /* all bits */
   uint32_t world;          /* 0: in all; bodies of two others never meet */
   double thickness;        /* 0; added to the separation of every pair that one of its vertices is in */

@@ -49,6 +49,11 @@ Result<Client> Client::connect(const std::string& address, const ClientOptions& 
 Result<Session> Client::create_session(SceneDescription scene, const Positions& positions,
                                        const ColliderOptions& options, const SessionOptions& session) {
   if (Status valid = check_traceparent(session.traceparent); !valid) return valid.error();
+  // Other text than UTF-8 a daemon cannot read, nor say where it is.
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (Status name = check_name(scene.bodies[i].name, "bodies[" + std::to_string(i) + "]"); !name)
+      return name.error();
+  }
   v1::SessionHeader header;
   header.set_session_id(session.id.empty() ? random_uuid() : session.id);
   header.set_first_frame(session.first_frame);

@@ -14,6 +14,7 @@
 
 #include "client/lib/scene_state.h"
 #include "client/lib/wire.h"
+#include "engine/scene/description_checks.h"
 #include "proto/wire/chunked_array.h"
 
 namespace warmfront::client {
@@ -116,6 +117,9 @@ void SceneState::take(SceneEdit edit) {
 // Added, or in place of another body.
 
 Result<v1::SceneChange> SceneState::request_for(const PutBody& put) const {
+  const std::size_t index = put.index.value_or(static_cast<std::uint32_t>(scene_.bodies.size()));
+  if (Status readable = check_name(put.addition.body.name, name_of(index)); !readable)
+    return readable.error();
   // Without declared bodies the daemon tells what to do.
   if (put.index && !scene_.bodies.empty()) {
     if (Status known = check_index(*put.index); !known) return known.error();
@@ -215,6 +219,7 @@ void SceneState::replace_mesh(std::uint32_t index, std::uint32_t count,
 Result<v1::SceneChange> SceneState::request_for(const ChangeBody& change) const {
   const std::uint32_t index = change.index;
   if (Status known = check_index(index); !known) return known.error();
+  if (Status readable = check_name(change.body.name, name_of(index)); !readable) return readable.error();
   const Body& old = scene_.bodies[index];
   const bool stays =
       change.body.kind == BodyKind::kRigid || change.body.kind == BodyKind::kRemoved || old.half_space;

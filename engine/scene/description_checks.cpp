@@ -145,9 +145,7 @@ Status check_body_number(const std::string& where, std::uint32_t number, std::si
 }
 
 Status check_body(const Body& body, const std::string& where) {
-  if (body.name.size() > kMaxNameBytes)
-    return invalid_argument(where + ".name: is " + std::to_string(body.name.size()) +
-                            " bytes long, and may be " + std::to_string(kMaxNameBytes));
+  if (Status status = check_name(body.name, where); !status) return status;
   if (Status status = check_length(body.thickness, where + ".thickness"); !status) return status;
   if (body.screw && body.kind != BodyKind::kRigid && body.kind != BodyKind::kRemoved)
     return invalid_argument(where + ".screw: the body is not rigid; only what poses move goes along a screw");

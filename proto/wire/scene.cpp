@@ -29,9 +29,7 @@ v1::Body to_proto(const Body& body) {
 
 Result<Body> body_from(const v1::Body& message, const std::string& where) {
   // Checked before the scene is built, which may be minutes later.
-  if (message.name().size() > kMaxNameBytes)
-    return invalid_argument(where + ".name: is " + std::to_string(message.name().size()) +
-                            " bytes long, and may be " + std::to_string(kMaxNameBytes));
+  if (Status name = check_name(message.name(), where); !name) return name.error();
   Body body{message.name(), message.first_vertex(), message.vertex_count()};
   if (Status known = read(message.kind(), where + ".kind", body.kind); !known) return known.error();
   if (message.has_self_collision()) body.self_collision = message.self_collision();

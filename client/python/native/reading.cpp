@@ -119,9 +119,7 @@ Question question_of(py::handle message) {
 Body body_of(py::handle message, const std::string& where) {
   Body body;
   read(message, "name", body.name);
-  if (body.name.size() > kMaxNameBytes)
-    throw raised(invalid_argument(where + ".name: is " + std::to_string(body.name.size()) +
-                                  " bytes long, and may be " + std::to_string(kMaxNameBytes)));
+  if (const Status name = check_name(body.name, where); !name) throw raised(name.error());
   read(message, "first_vertex", body.first_vertex);
   read(message, "vertex_count", body.vertex_count);
   read_enum(message, "kind", body.kind);

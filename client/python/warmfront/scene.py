@@ -29,7 +29,7 @@ class Body:
         tested against itself; "static": does not move, nor is it tested against itself or another static body; "removed":
         tested against nothing.
     self_collision: of a deformable body.
-    group, mask: 32 bits each; two bodies are tested when the group of either has a bit in the mask of the other.
+    group, mask: 32 bits each; two bodies are tested when the group of each has a bit in the mask of the other.
     thickness: scene length unit, 0 to 2^1020: that much is added to the separation of every pair that one of the body's
         vertices is in, as of the thickest of a face's or an edge's; of a pair within the body twice that much, once for each
         of the two. Tiers certified and exact.
@@ -131,6 +131,8 @@ class PairFilters:
                 kind = "an integer from 0 to 3" if name == "within_edges" else "a number"
                 raise InvalidArgumentError(f"filters.{name}: {getattr(self, name)!r} is not {kind}") from None
         shape = self.rest_positions
+        if shape is not None and self.near_at_rest == 0 and np.size(shape) > 0:
+            raise InvalidArgumentError("filters.rest_positions: has no effect while near_at_rest is 0; leave it out")
         if shape is None and rest is not None and self.near_at_rest > 0:
             shape = rest()
         pairs = self.excluded_vertex_pairs

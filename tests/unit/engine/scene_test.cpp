@@ -127,6 +127,16 @@ TEST(Scene, ChecksBodies) {
   EXPECT_EQ(with({{std::string(1024, 'a'), 0, 3}, {"b", 3, 3}}), "");
   EXPECT_THAT(with({{"a", 0, 3}, {std::string(1025, 'b'), 3, 3}}),
               HasSubstr("bodies[1].name: is 1025 bytes long, and may be 1024"));
+  const auto named = [&](const std::string& name) { return with({{"a", 0, 3}, {name, 3, 3}}); };
+  for (const char* text :
+       {"", "\x01", "\u007f\u0080", "\u07ff\u0800", "\ud7ff\ue000", "\uffff", "\U00010000\U0010ffff"})
+    EXPECT_EQ(named(text), "") << text;
+  // A lone continuation, too few of them, longer forms than are needed, surrogates, what is beyond Unicode.
+  for (const char* bytes :
+       {"\x80", "\xc3", "\xc3(", "\xe2\x82", "\xc0\x80", "\xc1\xbf", "\xe0\x9f\xbf", "\xf0\x8f\xbf\xbf",
+        "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xf5\x80\x80\x80", "\xff"})
+    EXPECT_THAT(named(std::string("\u00fc") + bytes),
+                HasSubstr("bodies[1].name: is no UTF-8 from byte 2 on"));
   const auto excluding = [](std::uint32_t a, std::uint32_t b) {
     return error_of({.vertex_count = 6,
                      .faces = {{0, 1, 2}, {3, 4, 5}},
