@@ -64,8 +64,10 @@ Result<ConfigFile> read_config_file(const std::string& path) {
     }
     return file;
   } catch (const toml::parse_error& error) {
-    return invalid_argument(place_of(path, error.source()) + ": " + std::string(error.description()) +
-                            "; text is written in quotes, as in log-level = \"debug\"");
+    const std::string what(error.description());
+    const bool twice = what.find("redefine") != std::string::npos;
+    return invalid_argument(place_of(path, error.source()) + ": " + what +
+                            (twice ? "" : "; text is written in quotes, as in log-level = \"debug\""));
   }
 }
 

@@ -204,9 +204,10 @@ std::vector<Setting> table() {
           "microseconds; more saves solvers a wake-up a frame, and keeps cores busy between frames"),
       text("metrics-listen", &Config::metrics_listen,
            "HOST:PORT of /metrics (Prometheus), /healthz and /readyz over plain HTTP; none by default"),
-      text("record-dir", &Config::record_dir,
-           "Folder to record sessions into, a .wfrec each, with all positions that clients send; none by "
-           "default"),
+      text(
+          "record-dir", &Config::record_dir,
+          "Folder, which must exist, to record sessions into, a .wfrec each, with all positions that clients "
+          "send; none by default"),
       bytes("record-max-bytes", &Config::record_max_bytes, {.least = 1 << 16},
             "What recordings in that folder may hold in all, above which they stop and sessions go on"),
       bytes("record-queue-bytes", &Config::record_queue_bytes, {.least = 1 << 16},

@@ -109,11 +109,20 @@ int show(const SessionsArguments& arguments, const std::vector<SessionInfo>& ses
   return finish_output();
 }
 
+/// Of one session: a daemon's own advice is for the client that streams it.
+int failure_of(const SessionsArguments& arguments, const Error& error) {
+  if (error.code != ErrorCode::kNotFound) return failure(error.message);
+  return failure("session " + arguments.id +
+                 (arguments.all
+                      ? " is not in this daemon; 'sessions list --all' shows which are"
+                      : " is not in this daemon, or not yours; 'sessions list' shows yours, with --all all"));
+}
+
 int close_session(const SessionsArguments& arguments, Client& client) {
   if (const Status closed = arguments.all ? client.delete_any_session(arguments.id, arguments.principal)
                                           : client.delete_session(arguments.id);
       !closed)
-    return failure(closed.error().message);
+    return failure_of(arguments, closed.error());
   if (!arguments.json_file.empty()) {
     const Json json{{"closed", arguments.id}};
     if (const Status written = write_text(arguments.json_file, json.dump(1) + "\n"); !written)
@@ -125,7 +134,7 @@ int close_session(const SessionsArguments& arguments, Client& client) {
 
 int check_session(const SessionsArguments& arguments, Client& client) {
   const Result<std::string> found = client.check_session(arguments.id);
-  if (!found) return failure(found.error().message);
+  if (!found) return failure_of(arguments, found.error());
   const bool sound = found.value().empty();
   if (!arguments.json_file.empty()) {
     const Json json{{"checked", arguments.id}, {"sound", sound}, {"found", found.value()}};
@@ -158,7 +167,7 @@ int sessions(const SessionsArguments& arguments) {
     if (arguments.all)
       return usage_error("sessions show takes no --all; 'sessions list --all --json -' shows all");
     Result<SessionInfo> info = client.value().get_session(arguments.id);
-    if (!info) return failure(info.error().message);
+    if (!info) return failure_of(arguments, info.error());
     return show(arguments, {std::move(info).value()});
   }
   Result<std::vector<SessionInfo>> list =

@@ -4,7 +4,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <optional>
 
@@ -36,8 +38,9 @@ void print_notes(std::span<const std::string> notes) {
 }
 
 int finish_output() {
-  if (std::fflush(stdout) != 0 || std::ferror(stdout)) return failure("cannot write to stdout");
-  return kExitOk;
+  errno = 0;
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return kExitOk;
+  return failure("cannot write to stdout" + (errno == 0 ? "" : std::string(": ") + std::strerror(errno)));
 }
 
 std::string short_name(const std::string& path) {

@@ -110,7 +110,8 @@ void Writer::write(v1::RecordedMessage message) {
 
 void Writer::append(const std::string& record) {
   if (!stopped_.empty()) return;
-  if (options_.admit && !options_.admit(record.size())) return stop("the bound on recordings is met");
+  if (options_.admit && !options_.admit(record.size()))
+    return stop("the bound on recordings is met: --record-max-bytes");
   admitted_ += record.size();
   if (!put(record)) stop(reason_of(errno));
 }

@@ -129,7 +129,7 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
   const auto of_tenants = [&](auto value) {
     std::vector<std::pair<std::string, double>> values;
     for (const Gauges::Tenant& tenant : gauges.tenants)
-      values.emplace_back(tenant.name, number(static_cast<std::uint64_t>(value(tenant))));
+      values.emplace_back(tenant.name, static_cast<double>(value(tenant)));
     return values;
   };
   const auto by_principal = [&](const char* name, const char* help, auto value) {

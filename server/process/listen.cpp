@@ -124,12 +124,10 @@ Status check_listen_address(const std::string& address, bool secured) {
         "listen " + address +
         ": HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [0, 65535]");
   if (!is_local(address) && !secured)
-    return Error{
-        ErrorCode::kFailedPrecondition,
+    return invalid_argument(
         "listen " + address +
-            ": others can reach this address and nothing is encrypted or authenticated; "
-            "set --tls-cert and --tls-key, listen on 127.0.0.1 or unix:PATH behind a proxy, or state "
-            "--insecure"};
+        ": others can reach this address and nothing is encrypted or authenticated; set --tls-cert and "
+        "--tls-key, listen on 127.0.0.1 or unix:PATH behind a proxy, or state --insecure");
   return {};
 }
 

@@ -318,8 +318,8 @@ TEST_F(FaultTableStrangers, Row29_ConnectionsOfOneAddress) {
 // sends it, and four at once hold no more than one may.
 TEST_F(FaultTableStrangers, Row29_MessagesOfEmptyMessages) {
   // Room for all of them in transit, as by default: without it gRPC ends calls that it has no memory for,
-  // whosever they are.
-  begin({"--transport-memory", "256MiB"});
+  // whosever they are. On a machine that is busy with all of them a message takes longer than a minute.
+  begin({"--transport-memory", "256MiB", "--write-stall-timeout", "10m"});
   // Those that are refused hold their bytes, in gRPC, and nothing else.
   allowed_peak_ = 256 * kMiB;
   std::string changes;

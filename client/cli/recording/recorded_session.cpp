@@ -29,6 +29,9 @@ Status RecordedSession::advance() {
 Status RecordedSession::read_upload() {
   if (Status read = advance(); !read) return read.error();
   const std::uint64_t begin = record_at_;
+  if (next_ && next_->has_end() && !next_->end().complete())
+    return reader_.error(
+        begin, "it was stopped before the upload, and has nothing to replay: " + next_->end().reason());
   if (!next_ || !next_->has_create() || !next_->create().has_header())
     return reader_.error(begin, "an upload is expected behind the header, its own header first");
   session_ = next_->create().header();

@@ -60,12 +60,13 @@ std::optional<int> States::open(const StateArguments& arguments) {
 
 int States::each(const std::function<Status(AnySession&)>& look) {
   Result<AnySession> session = open_session(arguments_->place, scene_, positions(), {});
+  const auto failed = [&](const Error& error) {
+    return failure(input_->name() + ": frame " + std::to_string(number()) + ": " + error.message);
+  };
+  if (!session && session.error().code == ErrorCode::kInvalidArgument) return failed(session.error());
   if (!session) return failure(session.error().message);
   Progress progress("frame", count());
   for (std::size_t frame = 0; frame < count(); ++frame) {
-    const auto failed = [&](const Error& error) {
-      return failure("frame " + std::to_string(number()) + ": " + error.message);
-    };
     if (frame > 0) {
       if (Status status = steps_->next(); !status) return failure(status.error().message);
       // A step, of which nothing is asked but to be there.

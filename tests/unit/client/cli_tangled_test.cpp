@@ -97,6 +97,12 @@ TEST_F(CliTangled, UsageErrorsTakeOneLine) {
     EXPECT_THAT(outcome.out, HasSubstr("warmfront: ")) << wrong;
   }
   EXPECT_EQ(tangled("/nonexistent").code, kExitFailed);
+  folder_.write("nan.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n");
+  const std::string nan = folder_.file("nan.obj");
+  const Outcome outcome = run("tangled " + nan, "2>&1 >/dev/null");
+  EXPECT_EQ(outcome.code, kExitFailed);
+  EXPECT_EQ(outcome.out,
+            "warmfront: " + nan + ": frame 0: positions[1].z: is not a number; coordinates must be finite\n");
 }
 
 TEST_F(CliTangled, DetectStepsThroughWhatHasTooManyToList) {

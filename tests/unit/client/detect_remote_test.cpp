@@ -51,6 +51,21 @@ TEST(DetectRemote, HasTheEnginesAnswersHoweverManyFramesAreInFlight) {
   }
 }
 
+TEST(Sessions, OneThatIsNotThereIsSaidSoToWhoLooks) {
+  test::LocalDaemon daemon;
+  const std::string id = "0b7e1c5e-3f0b-4c0e-9d57-6f1f0d6c2a11";
+  for (const char* action : {"show ", "check ", "close "}) {
+    const Outcome outcome =
+        run("sessions " + std::string(action) + id + " --server " + daemon.address(), "2>&1");
+    EXPECT_EQ(outcome.code, kExitFailed);
+    EXPECT_EQ(outcome.out,
+              "warmfront: session " + id +
+                  " is not in this daemon, or not yours; 'sessions list' shows yours, with --all all\n");
+  }
+  EXPECT_EQ(run("sessions close " + id + " --all --server " + daemon.address(), "2>&1").out,
+            "warmfront: session " + id + " is not in this daemon; 'sessions list --all' shows which are\n");
+}
+
 // Found by hand: poses were not all rounded to the session's float32 where no daemon did it, so that the bits
 // differed, and a recording of them did not replay.
 TEST(DetectRemote, PosesHaveTheSameAnswersWithAndWithoutADaemon) {

@@ -301,7 +301,7 @@ def test_options_of_the_service_override_its_defaults(place):
 
 def test_a_service_that_cannot_start(place):
     environment = {"SLURM_JOB_ID": "7", "SLURM_JOB_NUM_NODES": "2"}
-    said = run(place, "bash", SLURM / "service.sbatch", place / "s", check=2, **environment)  # neither TLS nor --insecure
+    said = run(place, "bash", SLURM / "service.sbatch", place / "s", check=3, **environment)  # neither TLS nor --insecure
     assert "--insecure" in said and not (place / "s/addresses").exists()
     said = run(place, "bash", SLURM / "service.sbatch", place / "s", "--insecure", "--log-level=error", check=3, **environment)
     assert "--log-level error: the addresses are read from the logs" in said

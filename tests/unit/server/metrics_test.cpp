@@ -111,6 +111,9 @@ TEST_F(MetricsTest, AreServedWithHealthAndReadiness) {
     const std::size_t at = text.find("\n" + name + " ");
     return at == std::string::npos ? -1 : std::stod(text.substr(at + name.size() + 2));
   };
+  const double seconds = process("warmfront_step_duration_seconds_sum{stage=\"total\"}");
+  EXPECT_GT(seconds, 0);
+  EXPECT_NEAR(process("warmfront_principal_step_seconds_total{principal=\"\"}"), seconds, 1e-8);
   EXPECT_GT(process("process_resident_memory_bytes"), 1e6);
   EXPECT_GT(process("process_virtual_memory_bytes"), process("process_resident_memory_bytes"));
   EXPECT_GT(process("process_cpu_seconds_total"), 0);

@@ -219,7 +219,7 @@ TEST_F(TlsTest, MismatchedFilesAreRefusedAtStartupAndValidOnesMayListenAnywhere)
   start();
   EXPECT_THAT(log_text_.str(), HasSubstr("whoever reaches this address may call"));
   config_.tls = {};
-  EXPECT_EQ(server::Daemon::start(config_, log_).error().code, ErrorCode::kFailedPrecondition);
+  EXPECT_EQ(server::Daemon::start(config_, log_).error().code, ErrorCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -32,18 +32,21 @@ TEST(WireFrame, OfSharedMemoryIsRefusedAsTheDaemonDid) {
   EXPECT_EQ(read().error().code, ErrorCode::kInvalidArgument);
 }
 
-TEST(RecordedSession, ThatWasStoppedWithinItsUploadSaysSo) {
+TEST(RecordedSession, ThatWasStoppedBeforeOrWithinItsUploadSaysSo) {
   const TemporaryFolder folder;
-  const std::string path = folder.file("stopped.wfrec");
-  {
-    const auto writer = recording::Writer::create(path, "test").value();
-    v1::RecordedMessage upload;
-    upload.mutable_create()->mutable_header()->set_face_count(7);
-    writer->write(std::move(upload));
-    writer->stop("the bound is met");
+  for (const char* when : {"before", "within"}) {
+    const std::string path = folder.file(when);
+    {
+      const auto writer = recording::Writer::create(path, "test").value();
+      v1::RecordedMessage upload;
+      upload.mutable_create()->mutable_header()->set_face_count(7);
+      if (when == std::string("within")) writer->write(std::move(upload));
+      writer->stop("the bound is met");
+    }
+    EXPECT_THAT(
+        RecordedSession::open(path).error().message,
+        ::testing::HasSubstr(when + std::string(" the upload, and has nothing to replay: the bound is met")));
   }
-  EXPECT_THAT(RecordedSession::open(path).error().message,
-              ::testing::HasSubstr("stopped within the upload, and has nothing to replay: the bound is met"));
 }
 
 }  // namespace
