@@ -40,6 +40,7 @@ PYBIND11_MODULE(_engine, module) {
       .def("change_options", &Session::change_options, py::arg("options"))
       .def("stop", &Session::stop)
       .def_property_readonly("frame", &Session::frame)
+      .def_property_readonly("changes", &Session::changes)
       .def("positions", &Session::positions)
       .def("describe", [](const Session& self, const py::object& info) {
         // Into a v1.SessionInfo.

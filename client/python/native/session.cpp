@@ -196,6 +196,7 @@ void Session::change(const py::iterable& given, const py::handle& options) {
   run(
       [&](const std::atomic<bool>& stop) {
         status = local_->collider().change(std::move(changes), &stop, &failed, read);
+        if (status) ++changes_;
       },
       Clock::time_point::max(), &stopped_);
   if (status) return;
@@ -207,7 +208,11 @@ void Session::change_options(const py::handle& options) {
   const ColliderOptions read = read_options(options);
   Status status;
   // As a list of no changes, which is refused as a daemon refuses it.
-  run([&](const std::atomic<bool>& stop) { status = local_->collider().change({}, &stop, nullptr, read); },
+  run(
+      [&](const std::atomic<bool>& stop) {
+        status = local_->collider().change({}, &stop, nullptr, read);
+        if (status) ++changes_;
+      },
       Clock::time_point::max(), &stopped_);
   if (!status) throw raised({status.error().code, "options." + status.error().message});
 }

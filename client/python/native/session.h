@@ -60,6 +60,8 @@ class Session {
   void stop() { stopped_.store(true, std::memory_order_relaxed); }
 
   std::uint64_t frame() const { return local_->frame(); }
+  /// Lists of changes, or of options, that were carried out: also where a signal raised right after one.
+  std::uint64_t changes() const { return changes_; }
   /// (n, 3) of the session's type, a copy.
   pybind11::array positions() const;
   const Scene& scene() const { return local_->collider().scene(); }
@@ -76,6 +78,7 @@ class Session {
 
   std::shared_ptr<client::LocalSession> local_;
   const bool float32_;
+  std::uint64_t changes_ = 0;
   std::atomic<bool> stopped_{false};               // any thread
   // By kind: the last question, and how long its answer took: about as long as that of one asked alike.
   struct Asked {

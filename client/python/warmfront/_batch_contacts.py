@@ -50,9 +50,9 @@ class BatchContacts:
 
     @cached_property
     def _half_spaces(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Rows with one, and its body, counted from the first that is a copy's."""
+        """Rows with one, and its body, counted from the first that is a copy's; below 0: -1 - a shared one."""
         rows = np.flatnonzero(self.contacts.kind == Kind.VERTEX_HALF_SPACE)
-        return rows, self.contacts.v[rows, 3].astype(np.int64) - self._copies.first_body
+        return rows, self._copies.own_bodies(self.contacts.v[rows, 3].astype(np.int64))
 
     @cached_property
     def v(self) -> npt.NDArray[np.int64]:
@@ -61,7 +61,7 @@ class BatchContacts:
         shared = -1 - (rows + self._copies.first_vertex)
         result: npt.NDArray[np.int64] = np.where(rows < 0, shared, rows % self._copies.vertices)
         half_spaces, bodies = self._half_spaces
-        result[half_spaces, 3] = np.where(bodies < 0, -1 - (bodies + self._copies.first_body), bodies % len(self._copies.bodies))
+        result[half_spaces, 3] = np.where(bodies < 0, bodies, bodies % len(self._copies.bodies))
         return result
 
     @property

@@ -231,26 +231,28 @@ class Connection:
         ended = self._private.why_ended() if self._private is not None else None
         if ended is not None:  # and nobody starts it again
             raise UnavailableError(f"the daemon that was started for this client has ended: {ended}", reason="DAEMON_ENDED")
+        # Only a call that does not wait for the connection learns why it failed; who has little time does without.
+        last = 2.0 if timeout is None or timeout > 4 else 0.0
+        whole = self.timeouts.call + last if timeout is None else timeout
+        error: WarmfrontError
         try:
-            info = self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id,
-                              timeout, wait_for_ready=True)
-            self._channels.set_calls_per_channel(info.limits.max_streams)
-            return info
-        except (DeadlineExceededError, UnavailableError) as error:
-            # Who has little time left does not wait for the reason.
-            why = (self._why_unreachable() if timeout is None or timeout > 2 else "") or error.message
-            raise UnavailableError(f"{self.address}: no Warmfront daemon answers ({why}); is it running there?",
-                                   reason=error.reason) from None
+            return self._ask_info(session_id, whole - last, wait_for_ready=True)
+        except (DeadlineExceededError, UnavailableError) as failed:
+            error = failed
+        if last > 0:
+            try:
+                return self._ask_info(session_id, last, wait_for_ready=False)
+            except UnavailableError as failed:
+                error = failed
+            except DeadlineExceededError:
+                pass
+        raise UnavailableError(f"{self.address}: no Warmfront daemon answers ({error.message}); is it running there?", reason=error.reason)
 
-    def _why_unreachable(self) -> str:
-        """Only a call that does not wait for the connection learns why it failed."""
-        try:
-            self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), timeout=2)
-        except UnavailableError as error:
-            return error.message
-        except WarmfrontError:
-            pass
-        return ""
+    def _ask_info(self, session_id: str, timeout: float, wait_for_ready: bool) -> Any:
+        info = self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id, timeout,
+                          wait_for_ready=wait_for_ready)
+        self._channels.set_calls_per_channel(info.limits.max_streams)
+        return info
 
     def need(self, features: Sequence[session_pb2.Feature], session_id: str, timeout: Optional[float] = None) -> None:
         """UnimplementedError where the daemon that serves this session lacks one of the features."""

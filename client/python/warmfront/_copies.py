@@ -111,6 +111,13 @@ class Copies:
         firsts = self.first_vertex + self.vertices * np.arange(self.count, dtype=np.int64)
         return (elements[None].astype(np.int64) + firsts[:, None, None]).reshape(-1, elements.shape[1]).astype(np.int32)
 
+    def own_bodies(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """Of the scene's bodies by number, counted from the first that is a copy's; of a shared one -1 - its number among these. Those
+        that were added later, behind all copies, are shared, too."""
+        own, end = numbers - self.first_body, self.count * len(self.bodies)
+        later = own >= end
+        return np.where((own < 0) | later, -1 - np.where(later, numbers - end, numbers), own)
+
     @cached_property
     def is_static(self) -> npt.NDArray[np.bool_]:
         """(n): the template's vertices that do not move."""

@@ -2,11 +2,9 @@
 """A session's questions and changes of the engine in this process. Used by one thread at a time, but for `close()`."""
 from __future__ import annotations
 
-import re
 import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Sized
-from dataclasses import dataclass
 from datetime import datetime, timezone
 from typing import Any, Optional
 
@@ -14,52 +12,24 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _engine, _frame
+from ._asked import ALL, NOTHING, Asked, Moved
 from ._backend import Answer, Motion, only_with_trial, too_late
 from ._contacts import intersections_of, max_step_of
-from ._question import Question, frame_number_of
+from ._question import Question, frame_number_of, session_id_of
 from ._scene_changes import ChangesInOne, SceneChange
 from ._state import SceneState
 from ._statistics import statistics_of
+from ._under_way import UnderWay
 from .answer import Committed, Contacts, VertexDistances
-from .errors import CancelledError, DeadlineExceededError, FailedPreconditionError, InvalidArgumentError, WarmfrontError
+from .errors import CancelledError, DeadlineExceededError, FailedPreconditionError, WarmfrontError
 from .info import SessionInfo
 from .options import Options, check_options
 from .v1 import options_pb2, session_pb2, step_pb2
 
 # As a daemon's, unless it is told another one.
 _WINDOW = 4
-_UUID = re.compile(r"[0-9a-fA-F]{8}(-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}")
 # Questions that were read, by their bytes: a solver asks the same few.
 _KEPT_QUESTIONS = 256
-
-
-@dataclass(frozen=True, eq=False)
-class _Moved:
-    """What a frame gives: of bodies at poses, which no longer are, and which are, and where."""
-
-    whole: bool
-    bodies: tuple[int, ...] = ()
-    posed: tuple[int, ...] = ()
-    matrices: Iterable[npt.NDArray[np.float64]] = ()  # (3, 4), of these
-
-
-_NOTHING = _Moved(False)
-_ALL = _Moved(True)
-
-
-@dataclass(frozen=True, eq=False)
-class _Asked:
-    """What was submitted. Without a question: a commit."""
-
-    number: int
-    question: Optional[Question]
-    moved: _Moved
-    fraction: float
-    on_its_way: _engine.Submitted
-
-    @property
-    def counts(self) -> bool:
-        return self.question is None or self.question.counts
 
 
 class Local:
@@ -73,9 +43,7 @@ class Local:
         header = session_pb2.SessionHeader()
         options.put_into(header.options)
         state.describe(header)
-        if session_id and not _UUID.fullmatch(session_id):
-            raise InvalidArgumentError(f"session_id: a UUID of 8-4-4-4-12 hexadecimal digits is expected, got "
-                                       f"{len(session_id.encode())} bytes; choose a random one for each session")
+        session_id = session_id_of(session_id)
         header.first_frame = frame_number_of(first_frame)
         filters = None
         if state.filters.given:
@@ -83,7 +51,8 @@ class Local:
             state.filters.put_into(filters)
         self.failed: Optional[WarmfrontError] = None
         self.options = options
-        self.state = state
+        self._state = state
+        self._under_way = UnderWay()
         self._engine: Optional[_engine.Session] = _engine.Session(header, state.rows(), state.faces, state.edges, state.thickness,
                                                                   filters, threads)
         state.forget_rows()
@@ -92,9 +61,9 @@ class Local:
         self._frame = first_frame
         self._steps = 0
         self._questions: dict[bytes, _engine.Question] = {}
-        self._asked: deque[_Asked] = deque()
+        self._asked: deque[Asked] = deque()
         self._frame_failed = False  # and answers to frames after it are outstanding
-        self._trial: Optional[_Moved] = None  # the one answered last, as long as it may be committed
+        self._trial: Optional[Moved] = None  # the one answered last, as long as it may be committed
         self._may_commit = False  # what was asked last is a trial, answered or on its way, or its commit failed
 
     @property
@@ -104,7 +73,13 @@ class Local:
         return self._id
 
     @property
+    def state(self) -> SceneState:
+        self._under_way.settle()
+        return self._state
+
+    @property
     def last_frame(self) -> int:
+        self._under_way.settle()
         return self._frame
 
     @property
@@ -112,6 +87,7 @@ class Local:
         return self._asked
 
     def _open(self) -> _engine.Session:
+        self._under_way.settle()
         if self._engine is None:
             raise self.failed or FailedPreconditionError("the session is closed")
         return self._engine
@@ -120,7 +96,7 @@ class Local:
         return self._open().positions()
 
     def info(self) -> SessionInfo:
-        dtype = options_pb2.DTYPE_FLOAT32 if self.state.dtype.itemsize == 4 else options_pb2.DTYPE_FLOAT64
+        dtype = options_pb2.DTYPE_FLOAT32 if self._state.dtype.itemsize == 4 else options_pb2.DTYPE_FLOAT64
         message = session_pb2.SessionInfo(session_id=self.session_id, steps=self._steps, dtype=dtype,
                                           created_unix_ms=int(self._created.timestamp() * 1000))
         self._open().describe(message)
@@ -141,6 +117,7 @@ class Local:
         number = self._frame + 1
         if motion is None:
             self._check_trial("commit")
+            self._under_way.begin(lambda: engine.frame >= number, self._counting(number, self._trial, fraction))
             try:
                 answer = engine.commit(fraction, timeout)
             except WarmfrontError as error:
@@ -148,27 +125,28 @@ class Local:
                     self._trial = None
                 self._may_commit = self._trial is not None
                 raise self._told(error, number, timeout) from None
+            self._under_way.settle()
             return self._committed(answer, fraction, number)
         array, parts, moved = self._read(number, motion)
         if question.of_trial_end:
             self._check_trial(question.method)
         asked = self._questions.get(question.content) or self._kept(question)
+        if question.kind not in ("proximity", "intersections"):
+            self._trial = None  # also where this one ends without an answer
+            self._may_commit = False
+        if question.counts:
+            self._under_way.begin(lambda: engine.frame >= number, self._counting(number, moved, 1))
         try:
             answer = engine.ask(asked, array, parts, timeout)
-        except BaseException as error:
-            if question.kind not in ("proximity", "intersections"):
+        except WarmfrontError as error:
+            if question.of_trial_end and isinstance(error, FailedPreconditionError):
                 self._trial = None
-                self._may_commit = False
-            elif question.of_trial_end and isinstance(error, FailedPreconditionError):
-                self._trial = None
-            if isinstance(error, WarmfrontError):
-                raise self._told(error, number, timeout) from None
-            raise
+            raise self._told(error, number, timeout) from None
+        self._under_way.settle()
         if question.is_trial:
             self._may_commit = True
-        elif question.counts:
-            self._may_commit = False
-        return self._answered(answer, question, number, moved)
+            self._trial = moved
+        return self._answered(answer, question, number)
 
     def submit(self, motion: Optional[Motion], question: Question, fraction: float) -> int:
         engine = self._open()
@@ -176,13 +154,13 @@ class Local:
         if motion is None:
             self._check_trial("commit")
             self._check_room()
-            asked = _Asked(number, None, _NOTHING, fraction, engine.submit_commit(fraction))
+            asked = Asked(number, None, NOTHING, fraction, engine.submit_commit(fraction))
         else:
             array, parts, moved = self._read(number, motion)
             if question.of_trial_end:
                 self._check_trial(question.method)
             self._check_room()
-            asked = _Asked(number, question, moved, 1.0, engine.submit(self._kept(question), array, parts))
+            asked = Asked(number, question, moved, 1.0, engine.submit(self._kept(question), array, parts))
         self._asked.append(asked)
         if asked.counts or question.is_trial:
             self._may_commit = not asked.counts
@@ -211,10 +189,17 @@ class Local:
             if asked.counts and self._asked:
                 self._frame_failed = True
             raise told from None
+        question = asked.question
+        if asked.counts:
+            moved = self._trial if question is None else asked.moved
+            self._under_way.begin(lambda: asked not in self._asked, self._counting(asked.number, moved, asked.fraction))
+        elif question is not None and question.is_trial:
+            self._trial = asked.moved
         self._pop()
-        if asked.question is None:
+        self._under_way.settle()
+        if question is None:
             return self._committed(answer, asked.fraction, asked.number)
-        return self._answered(answer, asked.question, asked.number, asked.moved)
+        return self._answered(answer, question, asked.number)
 
     def _pop(self) -> None:
         self._asked.popleft()
@@ -240,29 +225,29 @@ class Local:
             return DeadlineExceededError(too_late(number, timeout))
         return error
 
-    def _read(self, number: int, motion: Motion) -> tuple[Optional[npt.NDArray[Any]], Any, _Moved]:
+    def _read(self, number: int, motion: Motion) -> tuple[Optional[npt.NDArray[Any]], Any, Moved]:
         """What the engine is given."""
         if motion.parts is not None:
             given = dict(motion.parts)
             bodies, posed = (tuple(np.frombuffer(given.get(part, b""), "<u4").tolist()) for part in (_frame.BODIES, _frame.POSE_BODIES))
             parts = [(part, [data]) for part, data in motion.parts if len(data) > 0]
-            return None, parts, _Moved(False, bodies, posed, self._matrices(given.get(_frame.POSES, b"")))
+            return None, parts, Moved(False, bodies, posed, self._matrices(given.get(_frame.POSES, b"")))
         try:
-            array, parts = self.state.read(motion.positions, motion.bodies or {}, motion.poses or {}, motion.vertices,
+            array, parts = self._state.read(motion.positions, motion.bodies or {}, motion.poses or {}, motion.vertices,
                                            motion.vertex_positions)
         except WarmfrontError as error:
             self._may_commit = False  # as after any question that fails
             raise type(error)(f"frame {number}: {error.message}") from None
         if array is not None:
-            return array, None, _ALL
+            return array, None, ALL
         if not parts:
-            return None, None, _NOTHING
+            return None, None, NOTHING
         matrices = self._matrices(b"".join(b"".join(pieces) for part, pieces in parts if part == _frame.POSES))
-        return None, parts, _Moved(False, tuple(motion.bodies or ()), tuple(motion.poses or ()), matrices)
+        return None, parts, Moved(False, tuple(motion.bodies or ()), tuple(motion.poses or ()), matrices)
 
     def _matrices(self, poses: Any) -> npt.NDArray[np.float64]:
         """(k, 3, 4), of the bytes that travel."""
-        return np.frombuffer(poses, self.state.dtype).reshape(-1, 3, 4).astype(np.float64)
+        return np.frombuffer(poses, self._state.dtype).reshape(-1, 3, 4).astype(np.float64)
 
     def _kept(self, question: Question) -> _engine.Question:
         """The question as the engine takes it."""
@@ -274,17 +259,19 @@ class Local:
             self._questions[question.content] = asked
         return asked
 
-    def _answered(self, answer: _engine.Answer, question: Question, number: int, moved: _Moved) -> Answer:
-        """The answer, after which the session is where it says."""
-        state, topology = self.state, self.state.topology()
-        if question.counts:
-            self._frame = number
-            self._steps += 1
-            self._trial = None
-            if state.poses:
-                state.take_parts(moved.whole, moved.bodies, moved.posed, moved.matrices, 1)
-        elif question.is_trial:
-            self._trial = moved
+    def _counting(self, number: int, moved: Optional[Moved], fraction: float) -> Callable[[], None]:
+        """What it makes of the state that this frame counts, of which so much was taken."""
+        state, steps, poses = self._state, self._steps + 1, self._state.poses
+
+        def then() -> None:
+            if moved is not None and fraction > 0 and poses:
+                state.poses = state.poses_after(poses, moved.whole, moved.bodies, moved.posed, moved.matrices, fraction)
+            self._frame, self._steps, self._trial = number, steps, None
+            self._may_commit = bool(self._asked) and self._may_commit
+        return then
+
+    def _answered(self, answer: _engine.Answer, question: Question, number: int) -> Answer:
+        topology = self._state.topology()
         if question.by_vertex:
             return VertexDistances(number, answer.distances(), answer.vf, answer.ee, answer.possible,
                                    statistics_of(answer.statistics), answer.vh)
@@ -294,13 +281,8 @@ class Local:
             return intersections_of(contacts, answer)
         return max_step_of(contacts, answer) if question.kind == "max_step" else contacts
 
-    def _committed(self, answer: _engine.Answer, fraction: float, number: int) -> Committed:
-        moved, self._trial = self._trial, None
-        self._may_commit = bool(self._asked) and self._may_commit
-        self._frame = number
-        self._steps += 1
-        if moved is not None and fraction > 0 and self.state.poses:
-            self.state.take_parts(moved.whole, moved.bodies, moved.posed, moved.matrices, fraction)
+    @staticmethod
+    def _committed(answer: _engine.Answer, fraction: float, number: int) -> Committed:
         vf, ee, possible, earliest_toi, vh = answer.commit()
         return Committed(fraction, vf, ee, possible, earliest_toi, number, vh)
 
@@ -308,38 +290,49 @@ class Local:
 
     def change(self, make: Callable[[SceneState], SceneChange]) -> None:
         engine = self._changing()
-        change = make(self.state)
-        message = change.encode(self.state)
+        change = make(self._state)
+        message = change.encode(self._state)
+        draft, failed = self._state.draft(), None
         try:
-            engine.change([message], None)
-        except WarmfrontError as error:
-            raise self._told(error, 0, None) from None
-        change.take(self.state)
-        self.state.forget_rows()
+            change.take(draft)
+        except Exception as error:  # the engine says better what is wrong with it
+            failed = error
+        self._change(engine, [message], draft, None)
+        if failed is not None:
+            raise failed
 
     def change_all(self, changes: ChangesInOne) -> None:
-        engine = self._changing()
+        self._change(self._changing(), changes.messages, changes.state, changes.options)
+
+    def _change(self, engine: _engine.Session, messages: list[Any], draft: SceneState, options: Optional[Options]) -> None:
         header = session_pb2.SessionHeader()
-        if changes.options is not None:
-            changes.options.put_into(header.options)
+        if options is not None:
+            options.put_into(header.options)
+        before = engine.changes
+
+        def then() -> None:
+            draft.forget_rows()
+            self._state.become(draft)
+            self.options = options or self.options
+        self._under_way.begin(lambda: engine.changes > before, then)
         try:
-            engine.change(changes.messages, None if changes.options is None else header.options)
+            engine.change(messages, None if options is None else header.options)
         except WarmfrontError as error:
             raise self._told(error, 0, None) from None
-        self.state.become(changes.state)
-        self.state.forget_rows()
-        self.options = changes.options or self.options
+        self._under_way.settle()
 
     def change_options(self, options: Options) -> None:
         check_options(options)
         engine = self._changing()
         header = session_pb2.SessionHeader()
         options.put_into(header.options)
+        before = engine.changes
+        self._under_way.begin(lambda: engine.changes > before, lambda: setattr(self, "options", options))
         try:
             engine.change_options(header.options)
         except WarmfrontError as error:
             raise self._told(error, 0, None) from None
-        self.options = options
+        self._under_way.settle()
 
     def _changing(self) -> _engine.Session:
         """From here on there is no trial to commit, whether or not the change is carried out."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, Literal, Optional, get_args
@@ -25,6 +26,7 @@ _KINDS = {
     "intersections": step_pb2.Question.KIND_INTERSECTIONS,
     "place": step_pb2.Question.KIND_PLACE,
 }
+_UUID = re.compile(r"[0-9a-fA-F]{8}(-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}")
 _WHERES = {"base": step_pb2.Question.WHERE_BASE, "trial_end": step_pb2.Question.WHERE_TRIAL_END}
 
 
@@ -179,3 +181,11 @@ def frame_number_of(number: int) -> int:
     if isinstance(number, (bool, str, bytes)) or not hasattr(number, "__index__") or not 0 <= int(number) < 1 << 63:
         raise InvalidArgumentError(f"first_frame: {number!r} is not a whole number in [0, 2^63)")
     return int(number)
+
+
+def session_id_of(given: str) -> str:
+    """InvalidArgumentError unless it is a UUID, or empty."""
+    if not isinstance(given, str) or (given and not _UUID.fullmatch(given)):
+        raise InvalidArgumentError(f"session_id: a UUID of 8-4-4-4-12 hexadecimal digits is expected, got "
+                                   f"{len(str(given).encode(errors='replace'))} bytes; choose a random one for each session")
+    return given

@@ -16,6 +16,7 @@ from ._question import Question
 from ._resume import Link, TimeUp
 from ._scene_changes import ChangesInOne, SceneChange
 from ._state import SceneState
+from ._under_way import UnderWay
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, NotFoundError, UnavailableError, UnimplementedError,
                      WarmfrontError, may_resume)
 from .info import SessionInfo
@@ -30,6 +31,8 @@ class Remote:
         self.link = link
         self.exchange = Exchange(link)
         self.ends_connection = False  # with the session: nobody else has it
+        self._under_way = UnderWay()
+        self._unsure = False  # a change was interrupted: the daemon may have carried it out, and may be at it
 
     @property
     def failed(self) -> Optional[WarmfrontError]:
@@ -49,6 +52,7 @@ class Remote:
 
     @property
     def state(self) -> SceneState:
+        self._under_way.settle()
         return self.link.state
 
     @property
@@ -71,6 +75,8 @@ class Remote:
         return self.state.placed().astype(self.state.dtype)
 
     def info(self) -> SessionInfo:
+        self._settle()
+        self._resume_as_known()
         try:
             return SessionInfo.read_from(self.link.connection.get(self.link.session_id))
         except NotFoundError as error:
@@ -95,6 +101,7 @@ class Remote:
 
     def submit(self, motion: Optional[Motion], question: Question, fraction: float) -> int:
         link = self.link
+        self._settle()
         number = self.exchange.next_number()
         request: Request
         if motion is None:
@@ -133,7 +140,7 @@ class Remote:
         except TimeUp:
             self.exchange.give_up()
             assert timeout is not None
-            raise DeadlineExceededError(too_late(number, timeout)) from None
+            raise DeadlineExceededError(too_late(number, timeout) + (f"; {link.trouble}" if link.trouble else "")) from None
         except (KeyboardInterrupt, SystemExit):
             self.exchange.give_up()
             raise
@@ -144,13 +151,19 @@ class Remote:
 
     def change(self, make: Callable[[SceneState], SceneChange]) -> None:
         """Has the daemon carry the change out, and then keeps what it makes of the scene."""
-        state = self.link.state
         request = self._request()
+        state = self.link.state
         change = make(state)
         request.changes.append(change.encode(state))
         self._need(change.features)
-        self._carry_out(request)
-        change.take(state)
+        draft, failed = state.draft(), None
+        try:
+            change.take(draft)
+        except Exception as error:  # the daemon says better what is wrong with it
+            failed = error
+        self._carry_out(request, draft, None)
+        if failed is not None:
+            raise failed
 
     def change_all(self, changes: ChangesInOne) -> None:
         request = self._request()
@@ -161,10 +174,7 @@ class Remote:
             changes.options.put_into(request.options)
             features = [*features, session_pb2.FEATURE_OPTION_CHANGES]
         self._need(features)
-        self._carry_out(request)
-        self.link.state.become(changes.state)
-        if changes.options is not None:
-            self._keep_options(changes.options, request)
+        self._carry_out(request, changes.state, changes.options)
 
     def change_options(self, options: Options) -> None:
         check_options(options)
@@ -172,20 +182,30 @@ class Remote:
         request.options.SetInParent()
         options.put_into(request.options)
         self._need([session_pb2.FEATURE_OPTION_CHANGES])
-        self._carry_out(request)
-        self._keep_options(options, request)
+        self._carry_out(request, None, options)
 
-    def _keep_options(self, options: Options, request: session_pb2.ChangeSceneRequest) -> None:
-        self.link.options = options
-        self.link.header.options.CopyFrom(request.options)
+    def _resume_as_known(self) -> None:
+        """Where the daemon's copy is not this session, it gets this one, before a call that is no frame."""
+        if self.link.recreate:
+            self.link.resume(UnavailableError("a change was interrupted"))
+
+    def _settle(self) -> None:
+        """Before anything is asked. Where nobody knows whether the daemon carried a change out, it is given the session anew, without."""
+        self._under_way.settle()
+        if self._unsure:
+            self.link.drop_stream()
+            self.link.recreate = True
+            self._unsure = False
 
     def _request(self) -> session_pb2.ChangeSceneRequest:
         """A request for changes. From here on there is no trial to commit, whether or not they are carried out."""
         link = self.link
+        self._settle()
         if link.unanswered:
             raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
         link.trial = None
         link.may_commit = False
+        self._resume_as_known()
         return session_pb2.ChangeSceneRequest(session_id=link.session_id, next_frame=int(link.header.first_frame) + 1,
                                               key=str(uuid.uuid4()))
 
@@ -199,18 +219,32 @@ class Remote:
             except WarmfrontError:
                 pass
 
-    def _carry_out(self, request: session_pb2.ChangeSceneRequest) -> None:
+    def _carry_out(self, request: session_pb2.ChangeSceneRequest, draft: Optional[SceneState], options: Optional[Options]) -> None:
         """When the daemon is lost on the way, the session is resumed as it was before the changes, which are sent again with
-        their key: they are carried out once."""
-        link = self.link
-        link.changing = True
+        their key: they are carried out once. draft: the state after them; options: those that are changed."""
+        link, revision = self.link, self.link.header.first_revision + 1
+        answers: list[Any] = []
+
+        def then() -> None:
+            link.header.first_revision = revision
+            link.known = answers[0].state if answers[0].HasField("state") else None
+            link.resumes_without_answer = 0
+            if draft is not None:
+                link.state.become(draft)
+            if options is not None:
+                link.options = options
+                link.header.options.CopyFrom(request.options)
+            self._unsure = False
+        self._under_way.begin(lambda: bool(answers), then)
+        self._unsure = link.changing = True
         try:
-            response = self._sent_change(request)
+            answers.append(self._sent_change(request))
+        except WarmfrontError:
+            self._unsure = False
+            raise
         finally:
             link.changing = False
-        link.header.first_revision += 1
-        link.known = response.state if response.HasField("state") else None
-        link.resumes_without_answer = 0
+        self._under_way.settle()
 
     def _sent_change(self, request: session_pb2.ChangeSceneRequest) -> Any:
         """v1.ChangeSceneResponse; raises the daemon's refusal of the change."""

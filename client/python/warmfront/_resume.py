@@ -63,6 +63,7 @@ class Link:
         self.echo_sent = False
         self.echo_error: Optional[WarmfrontError] = None
         self.deadline: Optional[float] = None  # of what is waited for, by time.monotonic()
+        self.trouble = ""  # why the session could not be resumed when it was last tried
         self.stream: Optional[StepStream] = None
         self.client_id = str(uuid.uuid4())  # of this object: orders its streams
         self._attach_attempts = 0
@@ -171,9 +172,11 @@ class Link:
                 if self.failed is not None:  # closed meanwhile by another thread: leave nothing behind
                     self.remove()
                     self.fail(self.failed)
+                self.trouble = ""
                 return
             except WarmfrontError as error:
                 self.drop_stream()
+                self.trouble = error.message
                 if self.failed is not None:
                     raise self.failed from None
                 ended = "; it has ended: make another one, of its `positions`" if waits else ""

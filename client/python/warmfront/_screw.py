@@ -7,7 +7,8 @@ a number, and of many that of each: (3, 4, n)."""
 from __future__ import annotations
 
 import math
-from typing import Any, Callable
+from collections.abc import Sequence
+from typing import Any, Callable, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +18,11 @@ from .errors import InvalidArgumentError
 from .scene import pose_of
 
 Array = npt.NDArray[Any]
+Poses = list[Optional[Array]]  # of bodies; None: where their positions are
 Number = Any
 Vector = tuple[Number, Number, Number]
 _TERMS = 14
+_MANY = 16  # of poses, from which on arrays take less time than each by itself
 _TOLERANCE = 1e-5  # kPoseTolerance of engine/pose.h
 
 
@@ -77,6 +80,21 @@ def poses_along_screws(starts: Array, ends: Array, fractions: Array, dtype: np.d
     bent = _bent(each_pose_part_way(starts, ends, fractions, np.dtype("f8")), np.moveaxis(np.array(bend), -1, 0), dtype)
     turns = (squared != 0) & (fractions != 0) & (fractions != 1)
     return np.where(turns[:, None, None], bent, each_pose_part_way(starts, ends, fractions, dtype))
+
+
+def commit_poses(starts: Sequence[Array], ends: Sequence[Array], screws: Sequence[bool], fraction: float,
+                 dtype: np.dtype[Any]) -> Sequence[Array]:
+    """Where a commit leaves rigid bodies (3, 4): those of `screws` along theirs, the others' numbers along lines."""
+    if fraction == 1:
+        return ends
+    if len(ends) < _MANY:
+        return [(pose_along_screw if screw else pose_part_way)(start, end, fraction, dtype)
+                for start, end, screw in zip(starts, ends, screws)]
+    first, last, share = np.array(starts), np.array(ends), np.full(len(ends), fraction)
+    lines = each_pose_part_way(first, last, share, dtype)
+    if not any(screws):
+        return list(lines)
+    return list(np.where(np.array(screws)[:, None, None], poses_along_screws(first, last, share, dtype), lines))
 
 
 def _bent(line: Array, bend: Array, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from . import _frame
 from ._frame import Part, SentFrame
 from ._memory import SharedRegion
-from ._part_way import pose_part_way, vertices_part_way
-from ._screw import pose_along_screw
+from ._part_way import vertices_part_way
+from ._screw import Poses, commit_poses
 from ._staying import Selection, rows_that_stay
 from ._question import Question
 from ._topology import Topology
@@ -72,8 +72,8 @@ class SceneState:
         self.thickness = thickness_of(thickness, len(self._rows))
         self._topology: Optional[Topology] = None
         self._staying: Optional[Selection] = None
-        self.layout = object()  # another one where vertices or bodies have other numbers
-        self.poses: list[Optional[npt.NDArray[np.float64]]] = [None] * len(self.bodies)
+        self.layout = object()  # another one where there are other vertices
+        self.poses: Poses = [None] * len(self.bodies)
 
     @property
     def vertex_count(self) -> int:
@@ -187,7 +187,7 @@ class SceneState:
         self._latest = positions
         for rows in other:
             self.writable()[rows] = now[rows]
-        self._forget_poses()
+        self._forget_poses(self.poses)
 
     def _rows_that_stay(self) -> Selection:
         self._staying = rows_that_stay(self.bodies) if self._staying is None else self._staying
@@ -222,27 +222,28 @@ class SceneState:
         for b, end in self._bodies_in(frame):
             self.body_rows(b)[:] = vertices_part_way(self.placed_body(b), end.astype(np.float64), fraction, self.dtype)
             self.poses[b] = None
-        for b, matrix in self._poses_in(frame):
-            self._move_pose(b, matrix, fraction)
+        self._move_poses(self.poses, dict(self._poses_in(frame)), fraction)
         vertices, end = self._vertices_in(frame)
         if len(vertices) > 0:
             rows = self.writable()
             rows[vertices] = vertices_part_way(rows[vertices].astype(np.float64), end.astype(np.float64), fraction, self.dtype)
 
-    def take_parts(self, whole: bool, bodies: Sequence[int], posed: Sequence[int],
-                   matrices: Iterable[npt.NDArray[np.float64]], fraction: float) -> None:
-        """For who keeps the positions elsewhere: at which poses bodies are, after that part of a frame that gave these."""
+    def poses_after(self, before: Poses, whole: bool, bodies: Sequence[int], posed: Sequence[int],
+                    matrices: Iterable[npt.NDArray[np.float64]], fraction: float) -> Poses:
+        """For who keeps the positions elsewhere: of bodies that were at these poses, after that part of a frame that gave these."""
+        after = list(before)
         if whole:
-            self._forget_poses()
+            self._forget_poses(after)
         for b in bodies:
-            self.poses[b] = None
-        for b, matrix in zip(posed, matrices):
-            self._move_pose(b, matrix, fraction)
+            after[b] = None
+        self._move_poses(after, dict(zip(posed, matrices)), fraction)
+        return after
 
-    def _move_pose(self, index: int, matrix: npt.NDArray[np.float64], fraction: float) -> None:
-        start = self.poses[index]
-        way = pose_along_screw if self.bodies[index].screw else pose_part_way
-        self.poses[index] = matrix if fraction == 1 else way(np.eye(3, 4) if start is None else start, matrix, fraction, self.dtype)
+    def _move_poses(self, poses: Poses, ends: Mapping[int, npt.NDArray[np.float64]], fraction: float) -> None:
+        starts = [np.eye(3, 4) if pose is None else pose for pose in map(poses.__getitem__, ends)]
+        screws = [self.bodies[b].screw for b in ends]
+        for b, pose in zip(ends, commit_poses(starts, list(ends.values()), screws, fraction, self.dtype)):
+            poses[b] = pose
 
     def rows(self) -> npt.NDArray[Any]:
         """(n, 3) of the session's dtype, as they are kept: of rigid bodies with a pose, their reference shapes."""
@@ -253,11 +254,11 @@ class SceneState:
         self._latest = None
         self._rows = np.empty_like(self._rows)  # memory that is never touched is never there
 
-    def _forget_poses(self) -> None:
+    def _forget_poses(self, poses: Poses) -> None:
         """All vertices were given, which says nothing of half-spaces, nor of what was removed."""
-        for b, pose in enumerate(self.poses):
+        for b, pose in enumerate(poses):
             if pose is not None and self.bodies[b].half_space is None and self.bodies[b].kind != "removed":
-                self.poses[b] = None
+                poses[b] = None
 
     def _bodies_in(self, frame: SentFrame) -> Iterator[tuple[int, npt.NDArray[Any]]]:
         moved = np.frombuffer(frame.bytes_of(_frame.BODY_POSITIONS), self.dtype).reshape(-1, 3)
@@ -292,10 +293,11 @@ class SceneState:
         self.__dict__.update(draft.__dict__)
 
     def replace_rows(self, first: int, end: int, rows: npt.NDArray[Any]) -> None:
-        """Vertices [first, end) make way for others, at these positions: all behind them have other numbers."""
+        """Vertices [first, end) make way for others, at these positions: all behind them have other numbers where they are not as many."""
         self._rows = np.concatenate([self.writable()[:first], rows, self._rows[end:]])
         self._topology = self._staying = None
-        self.layout = object()
+        if len(rows) != end - first:
+            self.layout = object()
 
     def describe_body(self, index: int, body: Body) -> None:
         """Another description of the same vertices."""

@@ -36,13 +36,14 @@ class Batch(Uncopied):
 
     Positions are (n, vertices, 3), as the template numbers its vertices; with worlds=[...], (k), of these copies alone, and
     all others stay. Rigid bodies may be given by poses= (n, rigid bodies, 3, 4) instead, of their rest shapes, which are the
-    positions last given of them; positions= then are of the deformable bodies' vertices alone. What does not move may be left
-    out of neither: rows of static bodies have to be as they are. A commit takes one fraction for all copies; `part_way()` says
+    positions last given of them; positions= then are of the deformable bodies' vertices alone. Either has a row for each, also of
+    what does not move: rows of static bodies have to be as they are, and nobody looks at those of removed ones. A commit takes one fraction for all copies; `part_way()` says
     where each is at a fraction of its own. Copies count from 0 here.
     `session` is the session beneath, for everything else: shared bodies that move, filters, futures, descriptions of bodies
     (body b of copy i has the number shared + i * bodies + b there, and `world` i + 1, which it has to keep: change
-    `dataclasses.replace(session.bodies[number], ...)`). It and the batch may be used in turn, as long as no vertices are
-    added or replaced there, and no body leaves its world: FailedPreconditionError then. copy and pickle raise TypeError.
+    `dataclasses.replace(session.bodies[number], ...)`). It and the batch may be used in turn: bodies may be removed there, cut,
+    replaced by others of as many vertices, and half-spaces added, which then are shared ones behind those that there were.
+    FailedPreconditionError where vertices get other numbers, or a body leaves its world. copy and pickle raise TypeError.
     """
 
     _instead = "make another one, of the same template and this one's `positions`"
@@ -53,6 +54,7 @@ class Batch(Uncopied):
         self._copies = copies
         self._layout = session.layout()
         self._checked = session._changed  # the scene was right after so many changes
+        self._removed: npt.NDArray[np.int64] = np.empty(0, np.int64)  # bodies, then
 
     def _check_layout(self) -> None:
         self.session._open()
@@ -60,13 +62,14 @@ class Batch(Uncopied):
             return
         with self.session._turn:  # after a change that is under way
             if self.session.layout() is not self._layout:
-                raise FailedPreconditionError("batch: vertices of the session beneath were added or replaced, and copies are not "
-                                              "where they were; go on with the session, or make another batch")
+                raise FailedPreconditionError("batch: the session beneath has another number of vertices, and copies are not where they "
+                                              "were; go on with the session, or make another batch")
             for number, (body, world) in enumerate(zip(self.session.bodies, self._copies.worlds())):
                 if body.world != world and body.kind != "removed":
                     raise FailedPreconditionError(
                         f"batch: body {number} of the session beneath is of world {body.world} now, and not of its own, {world}, so "
                         f"that copies meet; change it to dataclasses.replace(session.bodies[{number}], world={world})")
+            self._removed = np.flatnonzero([body.kind == "removed" for body in self.session.bodies])
             self._checked = self.session._changed
 
     @property
@@ -212,12 +215,22 @@ class Batch(Uncopied):
             if poses is None and copies.is_static.any():
                 rows = self._without_static(rows, chosen)
             kinds = ("deformable",) if poses is not None else ("deformable", "rigid")
-            parts += [(_frame.BODIES, copies.bodies_in(chosen, kinds, meshes=True).tobytes()), (_frame.BODY_POSITIONS, raw(rows))]
+            bodies, rows = self._of_what_is_there(copies.bodies_in(chosen, kinds, meshes=True), rows, vertices=True)
+            parts += [(_frame.BODIES, bodies.tobytes()), (_frame.BODY_POSITIONS, raw(rows))]
         if poses is not None:
-            matrices = self._matrices(poses, len(chosen))
-            parts += [(_frame.POSE_BODIES, copies.bodies_in(chosen, ("rigid",)).tobytes()),
-                      (_frame.POSES, np.ascontiguousarray(matrices, dtype).tobytes())]
+            matrices = self._matrices(poses, len(chosen)).reshape(-1, 3, 4)
+            bodies, matrices = self._of_what_is_there(copies.bodies_in(chosen, ("rigid",)), matrices)
+            parts += [(_frame.POSE_BODIES, bodies.tobytes()), (_frame.POSES, np.ascontiguousarray(matrices, dtype).tobytes())]
         return Motion(parts=parts)
+
+    def _of_what_is_there(self, bodies: npt.NDArray[np.uint32], rows: npt.NDArray[Any],
+                          vertices: bool = False) -> tuple[npt.NDArray[np.uint32], npt.NDArray[Any]]:
+        """Without the rows of bodies that were removed: a row for each, or of vertices, one for each of a body's."""
+        there = np.isin(bodies, self._removed, invert=True)
+        if there.all():
+            return bodies, rows
+        of_rows = np.repeat(there, [self.session.bodies[b].vertex_count for b in bodies.tolist()]) if vertices else there
+        return bodies[there], rows[of_rows]
 
     def _matrices(self, poses: Any, count: int) -> npt.NDArray[Any]:
         """(count, rigid bodies, 3, 4), of the caller's memory where that can be."""
@@ -229,13 +242,16 @@ class Batch(Uncopied):
 
     def _worlds(self, worlds: Any) -> npt.NDArray[np.int64]:
         array = array_of(worlds, "worlds")
-        if array.dtype == np.bool_ and array.shape == (self.count,):
+        if array.dtype == np.bool_ and array.ndim == 1:
+            if len(array) != self.count:
+                raise InvalidArgumentError(f"worlds: a mask of {len(array)} where there are {self.count} copies")
             return np.flatnonzero(array)
         chosen = indices_of(array, "worlds").astype(np.int64)
         if len(chosen) > 0 and chosen.max() >= self.count:
             raise InvalidArgumentError(f"worlds: copy {chosen.max()} is not in [0, {self.count})")
         if len(np.unique(chosen)) != len(chosen):
-            raise InvalidArgumentError("worlds: names a copy twice")
+            copies, times = np.unique(chosen, return_counts=True)
+            raise InvalidArgumentError(f"worlds: names copy {copies[np.argmax(times > 1)]} twice")
         return chosen
 
     @staticmethod

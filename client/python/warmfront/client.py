@@ -15,7 +15,7 @@ from ._copies import Copies
 from .batch import Batch
 from .errors import InvalidArgumentError
 from .info import ServerInfo, SessionInfo
-from ._question import frame_number_of
+from ._question import frame_number_of, session_id_of
 from .options import Options, Timeouts, Security, check_options
 from .scene import Body, PairFilters, filters_of
 from .session import Session
@@ -122,7 +122,7 @@ class Client(Uncopied):
         check_options(options)
         traceparent_of(traceparent)
         state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness, edges)
-        header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=frame_number_of(first_frame))
+        header = session_pb2.SessionHeader(session_id=session_id_of(id) or str(uuid.uuid4()), first_frame=frame_number_of(first_frame))
         options.put_into(header.options)
         link = Link(self._connection, header, state, options, traceparent)
         link.open()

@@ -71,7 +71,11 @@ class Options:
         for option in fields_of(self):
             name, value = option.name, getattr(self, option.name)
             if name == "fields":
-                for wanted in [value] if isinstance(value, str) else value:
+                try:
+                    given = [value] if isinstance(value, str) else list(value)
+                except TypeError:
+                    raise InvalidArgumentError(f"{where}fields: {value!r}; give a list of {', '.join(_FIELDS)}") from None
+                for wanted in given:
                     if wanted not in _FIELDS:
                         raise InvalidArgumentError(f"{where}fields: '{wanted}' is none of {', '.join(_FIELDS)}")
                     setattr(message.fields, wanted, True)

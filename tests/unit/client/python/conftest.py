@@ -106,7 +106,7 @@ def anywhere(request):
     if request.param == "daemon":
         return request.getfixturevalue("client")
     if not warmfront.has_engine():
-        pytest.skip("pybind11-dev is not installed")
+        pytest.skip("this package has no engine: built without pybind11-dev, or with sanitizers")
     return Here()
 
 

@@ -219,7 +219,7 @@ def test_a_batch_ends_where_the_session_is_laid_out_otherwise(anywhere):
         batch.session.replace_body(0, BEFORE[:4], [[0, 1, 2], [1, 2, 3]])
         for ask in (lambda: batch.step(at_fractions([0, 0])), lambda: batch.positions, lambda: batch.proximity(1),
                     lambda: batch.vertex_distances(1), lambda: batch.max_step(at_fractions([0, 0]))):
-            with pytest.raises(FailedPreconditionError, match="batch: vertices of the session beneath"):
+            with pytest.raises(FailedPreconditionError, match="batch: the session beneath has another number of vertices"):
                 ask()
 
 
@@ -274,7 +274,8 @@ def test_what_does_not_fit_a_batch_is_refused(anywhere):
         for message, arguments in (
                 (r"positions: shape \(6, 3\); give \(2, 6, 3\)", {"positions": BEFORE}),
                 (r"worlds: copy 2 is not in \[0, 2\)", {"positions": BEFORE[None], "worlds": [2]}),
-                (r"worlds: names a copy twice", {"positions": np.stack([BEFORE] * 2), "worlds": [1, 1]}),
+                (r"worlds: names copy 1 twice", {"positions": np.stack([BEFORE] * 2), "worlds": [1, 1]}),
+                (r"worlds: a mask of 3 where there are 2 copies", {"positions": BEFORE[None], "worlds": [False, True, False]}),
                 (r"positions: give where the copies go", {}),
                 (r"positions\[0, 0\]: a vertex of a static body, which does not move", {"positions": BEFORE[None] + 1, "worlds": [1]}),
                 (r"positions: shape \(2, 6, 3\); give \(2, 3, 3\), beside poses the vertices of deformable bodies alone",

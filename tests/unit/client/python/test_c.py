@@ -9,7 +9,7 @@ import pytest
 
 import warmfront
 
-pytestmark = pytest.mark.skipif(not warmfront.has_engine(), reason="pybind11-dev is not installed")
+pytestmark = pytest.mark.skipif(not warmfront.has_engine(), reason="this package has no engine: built without pybind11-dev, or with sanitizers")
 
 SIZE, PTR, U32, I32, U64, F64 = ctypes.c_size_t, ctypes.c_void_p, ctypes.c_uint32, ctypes.c_int32, ctypes.c_uint64, ctypes.c_double
 

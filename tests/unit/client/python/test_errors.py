@@ -174,9 +174,17 @@ def test_tokens(start_daemon, tmp_path):
         connect("alice", "10.0.0.1:1")
 
 
+@pytest.mark.parametrize("given", ["zzz", "00000000-0000-0000-0000-000000000000\n", "\u0663" * 36, "x" * 100_000, b"1"])
+def test_an_id_that_is_none_is_refused_at_once(client, given):
+    with pytest.raises(InvalidArgumentError, match="session_id: a UUID of 8-4-4-4-12 hexadecimal digits is expected, got"):
+        client.session(BEFORE, FACES, id=given)
+
+
 @pytest.mark.parametrize("message, ask", [
     ("bodies: a list; give a dict", lambda s: s.trial(bodies=[AFTER])),
     ("poses: a list; give a dict", lambda s: s.trial(poses=[np.eye(4)])),
+    ("options.fields: 5; give a list of ", lambda s: s.change_options(warmfront.Options(fields=5))),
+    ("filters.rest_positions: has no effect while near_at_rest is 0", lambda s: s.change_filters({"rest_positions": BEFORE})),
     ("timeout: '3' is no number", lambda s: s.trial(AFTER, timeout="3")),
     ("fraction: '0.5' is no number", lambda s: (s.trial(AFTER), s.commit("0.5"))),
     ("distance: '0.1' is no number", lambda s: s.proximity("0.1")),

@@ -197,6 +197,18 @@ def test_nothing_is_told_of_the_trial_before_one_that_was_given_up(daemon, clien
         assert session.trial(after) and session.proximity(2, where="trial_end") and session.commit().vf == 1
 
 
+@pytest.mark.parametrize("seconds", [0.5, 4.5])
+def test_a_timeout_says_that_no_daemon_is_there(daemon, seconds):
+    before, after, faces = triangle_through_triangle()
+    with warmfront.connect(daemon.address) as client:
+        session = client.session(before, faces)
+        daemon.kill()
+        with pytest.raises(DeadlineExceededError, match=f"frame 1: no answer within {seconds} s; .*no Warmfront daemon answers"):
+            session.step(after, timeout=seconds)
+        daemon.start()
+        assert len(session.step(after)) == 3
+
+
 def test_no_daemon_within_the_resume_timeout(daemon):
     before, after, faces = triangle_through_triangle()
     with warmfront.connect(daemon.address, timeouts=Timeouts(resume=2)) as client:

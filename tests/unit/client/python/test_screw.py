@@ -6,6 +6,7 @@ from fake_daemon import FakeDaemon
 
 import warmfront
 from warmfront import Body, InvalidArgumentError, UnimplementedError
+from warmfront._part_way import pose_part_way
 from warmfront._screw import pose_along_screw, poses_along_screws
 
 HAND = np.array([[0, -0.1, 0], [0, 0.1, 0], [2, 0, 0]], float)
@@ -43,6 +44,25 @@ def test_a_commit_leaves_the_daemon_and_the_client_at_the_same_bits(client, dtyp
             asked.commit(f)
             # The daemon tells of where it is by a digest of positions and poses, which the client compares.
             assert asked.step(poses={0: pose}) is not None
+
+
+@pytest.mark.parametrize("count", [2, 40])
+def test_a_commit_of_many_bodies_leaves_them_where_that_of_each_does(client, count):
+    numbers = np.random.default_rng(count)
+    positions = np.concatenate([HAND + [0, 0, 10 * b] for b in range(count)])
+    faces = np.arange(3 * count).reshape(-1, 3)
+    bodies = [Body(3, "rigid", screw=b % 3 != 1) for b in range(count)]
+    with client.session(positions, faces, bodies=bodies) as asked:
+        at = [np.eye(3, 4)] * count
+        for f in (0.3, 1, 0, 0.7):
+            ends = [turned(numbers.uniform(-3, 3), numbers.uniform(-1, 1, 3)) for _ in range(count)]
+            given = dict(enumerate(ends)) if f != 0.7 else {1: ends[1]}
+            ways = [pose_along_screw if body.screw else pose_part_way for body in bodies]
+            at = [ways[b](at[b], given[b], f, np.dtype("f8")) if b in given else at[b] for b in range(count)]
+            asked.trial(poses=given)
+            asked.commit(f)
+            assert np.array([asked.poses[b] for b in range(count)]).tobytes() == np.array(at).tobytes()
+        asked.step(poses={0: at[0]})  # of what the daemon's digest says, too
 
 
 def test_part_of_a_screw_is_as_far_from_its_axis():
