@@ -74,12 +74,12 @@ class Local:
 
     @property
     def state(self) -> SceneState:
-        self._under_way.settle()
+        self._under_way.look()
         return self._state
 
     @property
     def last_frame(self) -> int:
-        self._under_way.settle()
+        self._under_way.look()
         return self._frame
 
     @property
@@ -87,7 +87,6 @@ class Local:
         return self._asked
 
     def _open(self) -> _engine.Session:
-        self._under_way.settle()
         if self._engine is None:
             raise self.failed or FailedPreconditionError("the session is closed")
         return self._engine
@@ -113,6 +112,7 @@ class Local:
     # Questions.
 
     def ask(self, motion: Optional[Motion], question: Question, timeout: Optional[float], fraction: float) -> Answer:
+        self._under_way.settle()
         engine = self._open()
         number = self._frame + 1
         if motion is None:
@@ -149,6 +149,7 @@ class Local:
         return self._answered(answer, question, number)
 
     def submit(self, motion: Optional[Motion], question: Question, fraction: float) -> int:
+        self._under_way.settle()
         engine = self._open()
         number = self._frame + 1 + sum(asked.counts for asked in self._asked)
         if motion is None:
@@ -167,6 +168,7 @@ class Local:
         return number
 
     def next_answer(self) -> Answer:
+        self._under_way.settle()
         asked = self._asked[0]
         engine = self._open()
         try:
@@ -336,6 +338,7 @@ class Local:
 
     def _changing(self) -> _engine.Session:
         """From here on there is no trial to commit, whether or not the change is carried out."""
+        self._under_way.settle()
         if self._asked:
             raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
         self._trial = None

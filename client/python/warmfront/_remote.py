@@ -52,7 +52,7 @@ class Remote:
 
     @property
     def state(self) -> SceneState:
-        self._under_way.settle()
+        self._under_way.look()
         return self.link.state
 
     @property
@@ -75,8 +75,6 @@ class Remote:
         return self.state.placed().astype(self.state.dtype)
 
     def info(self) -> SessionInfo:
-        self._settle()
-        self._resume_as_known()
         try:
             return SessionInfo.read_from(self.link.connection.get(self.link.session_id))
         except NotFoundError as error:
@@ -184,11 +182,6 @@ class Remote:
         self._need([session_pb2.FEATURE_OPTION_CHANGES])
         self._carry_out(request, None, options)
 
-    def _resume_as_known(self) -> None:
-        """Where the daemon's copy is not this session, it gets this one, before a call that is no frame."""
-        if self.link.recreate:
-            self.link.resume(UnavailableError("a change was interrupted"))
-
     def _settle(self) -> None:
         """Before anything is asked. Where nobody knows whether the daemon carried a change out, it is given the session anew, without."""
         self._under_way.settle()
@@ -205,7 +198,8 @@ class Remote:
             raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
         link.trial = None
         link.may_commit = False
-        self._resume_as_known()
+        if link.recreate:
+            link.resume(UnavailableError("a change was interrupted"))
         return session_pb2.ChangeSceneRequest(session_id=link.session_id, next_frame=int(link.header.first_frame) + 1,
                                               key=str(uuid.uuid4()))
 

@@ -4,6 +4,7 @@ goes on from there."""
 import dataclasses
 import pathlib
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -112,3 +113,23 @@ def test_all_of_a_call_happens_or_nothing(anywhere, call):
                 continue
         break
     assert seen == {False, True} and n > 20
+
+
+def test_other_threads_may_look_meanwhile():
+    if not warmfront.has_engine():
+        pytest.skip("this package has no engine: built without pybind11-dev, or with sanitizers")
+    ended = threading.Event()
+    with warmfront.Collider(BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as session:
+        def look():
+            while not ended.is_set():
+                session.last_frame, session.positions_dtype, session.info()
+        looking = threading.Thread(target=look)
+        looking.start()
+        try:
+            for k in range(1, 2001):
+                pose = np.eye(3, 4) + k * np.eye(3, 4, 3)
+                session.step(poses={1: pose})
+                assert session.last_frame == k and session.poses[1].tobytes() == pose.tobytes()
+        finally:
+            ended.set()
+            looking.join()
