@@ -236,7 +236,7 @@ class Local:
             return None, parts, Moved(False, bodies, posed, self._matrices(given.get(_frame.POSES, b"")))
         try:
             array, parts = self._state.read(motion.positions, motion.bodies or {}, motion.poses or {}, motion.vertices,
-                                           motion.vertex_positions)
+                                            motion.vertex_positions)
         except WarmfrontError as error:
             self._may_commit = False  # as after any question that fails
             raise type(error)(f"frame {number}: {error.message}") from None
