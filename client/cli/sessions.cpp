@@ -112,10 +112,11 @@ int show(const SessionsArguments& arguments, const std::vector<SessionInfo>& ses
 /// Of one session: a daemon's own advice is for the client that streams it.
 int failure_of(const SessionsArguments& arguments, const Error& error) {
   if (error.code != ErrorCode::kNotFound) return failure(error.message);
-  return failure("session " + arguments.id +
-                 (arguments.all
-                      ? " is not in this daemon; 'sessions list --all' shows which are"
-                      : " is not in this daemon, or not yours; 'sessions list' shows yours, with --all all"));
+  return failure(
+      "session " + arguments.id +
+      (arguments.all
+           ? " is not in this daemon; 'sessions list --all' shows which are"
+           : " is not in this daemon, or not yours; 'sessions list' shows yours, with --all everybody's"));
 }
 
 int close_session(const SessionsArguments& arguments, Client& client) {

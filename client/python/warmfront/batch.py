@@ -36,9 +36,9 @@ class Batch(Uncopied):
 
     Positions are (n, vertices, 3), as the template numbers its vertices; with worlds=[...], (k), of these copies alone, and
     all others stay. Rigid bodies may be given by poses= (n, rigid bodies, 3, 4) instead, of their rest shapes, which are the
-    positions last given of them; positions= then are of the deformable bodies' vertices alone. Either has a row for each, also of
-    what does not move: rows of static bodies have to be as they are, and nobody looks at those of removed ones. A commit takes one fraction for all copies; `part_way()` says
-    where each is at a fraction of its own. Copies count from 0 here.
+    positions last given of them; positions= then are of the deformable bodies' vertices alone. Either has a row for each, also
+    of what does not move: rows of static bodies have to be as they are, and nobody looks at those of removed ones. A commit
+    takes one fraction for all copies; `part_way()` says where each is at a fraction of its own. Copies count from 0 here.
     `session` is the session beneath, for everything else: shared bodies that move, filters, futures, descriptions of bodies
     (body b of copy i has the number shared + i * bodies + b there, and `world` i + 1, which it has to keep: change
     `dataclasses.replace(session.bodies[number], ...)`). It and the batch may be used in turn: bodies may be removed there, cut,
@@ -54,7 +54,7 @@ class Batch(Uncopied):
         self._copies = copies
         self._layout = session.layout()
         self._checked = session._changed  # the scene was right after so many changes
-        self._removed: npt.NDArray[np.int64] = np.empty(0, np.int64)  # bodies, then
+        self._removed: npt.NDArray[np.int64] = np.empty(0, np.int64)  # the bodies that were removed then
 
     def _check_layout(self) -> None:
         self.session._open()
@@ -226,9 +226,9 @@ class Batch(Uncopied):
     def _of_what_is_there(self, bodies: npt.NDArray[np.uint32], rows: npt.NDArray[Any],
                           vertices: bool = False) -> tuple[npt.NDArray[np.uint32], npt.NDArray[Any]]:
         """Without the rows of bodies that were removed: a row for each, or of vertices, one for each of a body's."""
-        there = np.isin(bodies, self._removed, invert=True)
-        if there.all():
+        if len(self._removed) == 0:
             return bodies, rows
+        there = np.isin(bodies, self._removed, invert=True)
         of_rows = np.repeat(there, [self.session.bodies[b].vertex_count for b in bodies.tolist()]) if vertices else there
         return bodies[there], rows[of_rows]
 

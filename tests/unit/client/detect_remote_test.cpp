@@ -58,9 +58,10 @@ TEST(Sessions, OneThatIsNotThereIsSaidSoToWhoLooks) {
     const Outcome outcome =
         run("sessions " + std::string(action) + id + " --server " + daemon.address(), "2>&1");
     EXPECT_EQ(outcome.code, kExitFailed);
-    EXPECT_EQ(outcome.out,
-              "warmfront: session " + id +
-                  " is not in this daemon, or not yours; 'sessions list' shows yours, with --all all\n");
+    EXPECT_EQ(
+        outcome.out,
+        "warmfront: session " + id +
+            " is not in this daemon, or not yours; 'sessions list' shows yours, with --all everybody's\n");
   }
   EXPECT_EQ(run("sessions close " + id + " --all --server " + daemon.address(), "2>&1").out,
             "warmfront: session " + id + " is not in this daemon; 'sessions list --all' shows which are\n");
