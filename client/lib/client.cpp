@@ -9,6 +9,7 @@
 #include "client/lib/connection.h"
 #include "client/lib/session_impl.h"
 #include "client/lib/uuid.h"
+#include "engine/scene/description_checks.h"
 #include "proto/wire/trace_context.h"
 
 namespace warmfront::client {
@@ -51,8 +52,7 @@ Result<Session> Client::create_session(SceneDescription scene, const Positions& 
   if (Status valid = check_traceparent(session.traceparent); !valid) return valid.error();
   // Other text than UTF-8 a daemon cannot read, nor say where it is.
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    if (Status name = check_name(scene.bodies[i].name, "bodies[" + std::to_string(i) + "]"); !name)
-      return name.error();
+    if (Status name = check_name(scene.bodies[i].name, name_of(i)); !name) return name.error();
   }
   v1::SessionHeader header;
   header.set_session_id(session.id.empty() ? random_uuid() : session.id);

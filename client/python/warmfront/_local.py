@@ -16,7 +16,7 @@ from ._asked import ALL, NOTHING, Asked, Moved
 from ._backend import Answer, Motion, only_with_trial, too_late
 from ._contacts import intersections_of, max_step_of
 from ._question import Question, frame_number_of, session_id_of
-from ._scene_changes import ChangesInOne, SceneChange
+from ._scene_changes import ChangesInOne, SceneChange, drafted
 from ._state import SceneState
 from ._statistics import statistics_of
 from ._under_way import UnderWay
@@ -294,11 +294,7 @@ class Local:
         engine = self._changing()
         change = make(self._state)
         message = change.encode(self._state)
-        draft, failed = self._state.draft(), None
-        try:
-            change.take(draft)
-        except Exception as error:  # the engine says better what is wrong with it
-            failed = error
+        draft, failed = drafted(change, self._state)
         self._change(engine, [message], draft, None)
         if failed is not None:
             raise failed

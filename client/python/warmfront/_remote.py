@@ -14,7 +14,7 @@ from ._exchange import Exchange
 from ._frame import Request, SentCommit, SentFrame
 from ._question import Question
 from ._resume import Link, TimeUp
-from ._scene_changes import ChangesInOne, SceneChange
+from ._scene_changes import ChangesInOne, SceneChange, drafted
 from ._state import SceneState
 from ._under_way import UnderWay
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, NotFoundError, UnavailableError, UnimplementedError,
@@ -154,11 +154,7 @@ class Remote:
         change = make(state)
         request.changes.append(change.encode(state))
         self._need(change.features)
-        draft, failed = state.draft(), None
-        try:
-            change.take(draft)
-        except Exception as error:  # the daemon says better what is wrong with it
-            failed = error
+        draft, failed = drafted(change, state)
         self._carry_out(request, draft, None)
         if failed is not None:
             raise failed

@@ -31,6 +31,17 @@ class SceneChange(Protocol):
         """The daemon has carried it out."""
 
 
+def drafted(change: SceneChange, state: SceneState) -> tuple[SceneState, Optional[Exception]]:
+    """The state with the change, which was not carried out yet; and what failed on the way there. Whoever carries the change out
+    says better what is wrong with it, and is asked all the same."""
+    draft = state.draft()
+    try:
+        change.take(draft)
+    except Exception as error:
+        return draft, error
+    return draft, None
+
+
 def _given_thickness(thickness: Any, count: int) -> npt.NDArray[np.float64]:
     """One for each of a body's vertices, also where all are 0: so it is said that they have none."""
     given = thickness_of(thickness, count)
