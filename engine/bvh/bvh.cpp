@@ -24,6 +24,20 @@ void begin_anew(List& list, std::size_t size, StopSignal stop) {
   lengthen(list, size, {}, stop);
 }
 
+UnwrittenList<Primitive> copy_of(std::span<const Primitive> order, StopSignal stop) {
+  constexpr std::size_t kPiece = std::size_t{1} << 13;
+  UnwrittenList<Primitive> copy;
+  make_room(copy, order.size());
+  const auto copy_piece = [&](std::size_t begin, std::size_t end) {
+    std::ranges::copy(order.subspan(begin, end - begin), copy.begin() + static_cast<std::ptrdiff_t>(begin));
+  };
+  if (order.size() <= kPiece)
+    copy_piece(0, order.size());
+  else
+    for_pieces(0, order.size(), kPiece, stop, copy_piece);
+  return copy;
+}
+
 // By node: does it hold one of these blocks?
 std::vector<std::uint8_t> holders_of(std::span<const std::uint8_t> blocks, const TreeShape& shape,
                                      StopSignal stop) {
@@ -69,7 +83,7 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
   travel.block_vertices = {};
   if (travel.nodes.empty() || leaves.blocks.empty()) return;
   // Piece by piece of the blocks: a block has few vertices, of which most are its own.
-  constexpr std::size_t kPiece = 512;
+  constexpr std::size_t kPiece = 128;
   const std::size_t blocks = shape.block_count();
   std::vector<std::uint32_t>& begin = travel.block_vertices.begin;
   lengthen(begin, blocks + 1, std::uint32_t{0}, stop);
@@ -161,11 +175,12 @@ void Bvh<Bounds>::list_leaves(const Listed* before, StopSignal stop) {
 }
 
 template <class Bounds>
-void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
+void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape,
+                          std::span<const Primitive> new_order,
                           std::shared_ptr<const SharedVertices> new_shared, bool keep_travel,
                           StopSignal stop) {
   shape = new_shape;
-  order = std::move(new_order);
+  order = copy_of(new_order, stop);
   leaves.shared = std::move(new_shared);
   built_looseness = 0;
   const bool wide = shape.has_wide_leaves() && !order.empty();
@@ -195,23 +210,29 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
       },
       [&] { begin_anew(leaves.grids, in_blocks ? shape.leaf_count() : 0, stop); },
       [&] { list_leaves(nullptr, stop); });
-  list_block_vertices(scene, stop);
   leaves.blocks_of.clear();
-  if (leaves.blocks.empty()) return;
-  leaves.blocks_of.reserve(shape.leaf_count());
-  for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf)
-    leaves.blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
-  for_each_index(
-      0, shape.block_count(), stop,
-      [&](std::size_t b) { list_corners(scene, BlockId{static_cast<std::uint32_t>(b)}); }, 512);
+  if (leaves.blocks.empty()) return list_block_vertices(scene, stop);
+  make_all([&] { list_block_vertices(scene, stop); },
+           [&] {
+             leaves.blocks_of.reserve(shape.leaf_count());
+             for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf)
+               leaves.blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
+           },
+           [&] {
+             const auto list = [&](std::size_t b) {
+               list_corners(scene, BlockId{static_cast<std::uint32_t>(b)});
+             };
+             for_each_index(0, shape.block_count(), stop, list, 256);
+           });
 }
 
 template <class Bounds>
-void Bvh<Bounds>::change(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
+void Bvh<Bounds>::change(const Scene& scene, const TreeShape& new_shape, std::span<const Primitive> new_order,
                          std::shared_ptr<const SharedVertices> new_shared,
                          std::span<const std::uint8_t> changed_blocks, StopSignal stop) {
+  UnwrittenList<Primitive> copied = copy_of(new_order, stop);
   const TreeShape shape_before = std::exchange(shape, new_shape);
-  const std::vector<Primitive> order_before = std::exchange(order, std::move(new_order));
+  const UnwrittenList<Primitive> order_before = std::exchange(order, std::move(copied));
   leaves.shared = std::move(new_shared);
   const Listed listed{shape_before, order_before};
   list_leaves(&listed, stop);
@@ -273,14 +294,14 @@ double looseness(const Bvh<Bounds>& bvh) {
   return root > 0 ? sum / root : 0;
 }
 
-template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
+template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::span<const Primitive>,
                                  std::shared_ptr<const SharedVertices>, bool, StopSignal);
-template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
+template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::span<const Primitive>,
                                    std::shared_ptr<const SharedVertices>, bool, StopSignal);
-template void Bvh<Aabb>::change(const Scene&, const TreeShape&, std::vector<Primitive>,
+template void Bvh<Aabb>::change(const Scene&, const TreeShape&, std::span<const Primitive>,
                                 std::shared_ptr<const SharedVertices>, std::span<const std::uint8_t>,
                                 StopSignal);
-template void Bvh<KDop18>::change(const Scene&, const TreeShape&, std::vector<Primitive>,
+template void Bvh<KDop18>::change(const Scene&, const TreeShape&, std::span<const Primitive>,
                                   std::shared_ptr<const SharedVertices>, std::span<const std::uint8_t>,
                                   StopSignal);
 template void Bvh<Aabb>::shift(const NumberShift&) noexcept;

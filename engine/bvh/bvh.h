@@ -39,7 +39,7 @@ struct LeavesOf {
 template <class Bounds>
 struct Bvh {
   TreeShape shape;
-  std::vector<Primitive> order;  ///< primitive at each position
+  UnwrittenList<Primitive> order;  ///< primitive at each position
   UnwrittenList<Bounds> nodes;   ///< by NodeId
   LeafContents<Bounds> leaves;
   LeavesOf<NewFace> face_leaves;
@@ -52,14 +52,14 @@ struct Bvh {
   /// Takes a shape and an order of primitives, whose faces are a range, and what is known of these; bounds
   /// are undefined until a refit of all, travel starts anew if it is to be kept. Throws Stopped when told to
   /// stop, as all below do; what it has in hand is good for nothing but another arrange() then.
-  void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
+  void arrange(const Scene& scene, const TreeShape& new_shape, std::span<const Primitive> new_order,
                std::shared_ptr<const SharedVertices> new_shared, bool keep_travel, StopSignal stop = {});
 
   /// Takes another order of primitives in the same nodes, leaves and blocks, and vertices with the same
   /// numbers: only these blocks hold something else, or in other slots. What holds one of them is marked in
   /// motion.renewed, and its bounds are undefined until a refit; other bounds are what they were. Travel is
   /// kept, of what holds a changed block as of what it held before.
-  void change(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
+  void change(const Scene& scene, const TreeShape& new_shape, std::span<const Primitive> new_order,
               std::shared_ptr<const SharedVertices> new_shared, std::span<const std::uint8_t> changed_blocks,
               StopSignal stop = {});
 

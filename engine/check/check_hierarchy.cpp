@@ -29,7 +29,7 @@ bool HierarchyCheck<Bounds>::holds_each_once() const {
     return false;
   // At first this is the hierarchy's own order, later always a permutation of it.
   if (std::ranges::equal(tree_.order, part_.order)) return true;
-  std::vector<Primitive> order(tree_.order), first(part_.order);
+  std::vector<Primitive> order(tree_.order.begin(), tree_.order.end()), first(part_.order);
   PacedStop paced(stop_);
   const auto less = [&](Primitive a, Primitive b) {
     paced.check();

@@ -2,6 +2,10 @@
 #include "engine/front/build_tasks.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <span>
+
+#include "engine/parallel/fork_join.h"
 
 namespace warmfront {
 namespace {
@@ -37,22 +41,38 @@ double build_cost(const TreePair<Bounds>& trees, const NodePair& pair) {
 template <class Bounds>
 std::vector<BuildTask> decompose(const TreePair<Bounds>& trees, double most, std::uint64_t& bv_tests) {
   constexpr std::size_t kMostTasks = 8192;
+  constexpr std::size_t kPiece = 64;
   const Bvtt bvtt = trees.bvtt();
   std::vector<BuildTask> tasks{{Bvtt::root(), trees.gap(Bvtt::root(), bv_tests)}};
-  for (bool opened = true; opened && tasks.size() < kMostTasks;) {
-    opened = false;
-    std::vector<BuildTask> next;
-    for (const BuildTask& task : tasks) {
-      if (task.gap > 0 || bvtt.is_leaf(task.pair) || build_cost(trees, task.pair) <= most) {
-        next.push_back(task);
-        continue;
+  struct Opened {
+    std::vector<BuildTask> tasks;
+    std::uint64_t bv_tests = 0;
+  };
+  std::vector<Opened> opened;  // by piece of the tasks
+  for (std::size_t before = 0; tasks.size() != before && tasks.size() < kMostTasks;) {
+    before = tasks.size();
+    opened.assign((before + kPiece - 1) / kPiece, {});
+    const auto open_piece = [&](std::size_t piece) {
+      Opened& to = opened[piece];
+      const std::size_t first = piece * kPiece;
+      for (const BuildTask& task : std::span(tasks).subspan(first, std::min(kPiece, before - first))) {
+        if (task.gap > 0 || bvtt.is_leaf(task.pair) || build_cost(trees, task.pair) <= most)
+          to.tasks.push_back(task);
+        else
+          bvtt.for_children(task.pair, [&](const NodePair& child) {
+            to.tasks.push_back({child, trees.gap(child, to.bv_tests)});
+          });
       }
-      opened = true;
-      bvtt.for_children(task.pair, [&](const NodePair& child) {
-        next.push_back({child, trees.gap(child, bv_tests)});
-      });
+    };
+    if (opened.size() == 1)
+      open_piece(0);
+    else
+      fork_each(std::size_t{0}, opened.size(), open_piece);
+    tasks.clear();
+    for (const Opened& piece : opened) {
+      tasks.insert(tasks.end(), piece.tasks.begin(), piece.tasks.end());
+      bv_tests += piece.bv_tests;
     }
-    tasks = std::move(next);
   }
   return tasks;
 }

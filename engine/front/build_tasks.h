@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decomposition of front building into inter- and self-collision tasks. Source: Tang, Manocha, Tong 2009,
-// section 5.2. Pure functions.
+// section 5.2. Pure functions, to be called inside Workers::run().
 #pragma once
 
 #include <cstdint>

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "engine/broad_phase/part_pair.h"
@@ -24,12 +25,16 @@ struct LeafGap {
   /// Bit 8 i + j: block i of the one and block j of the other are neighbours that were not tested. The same
   /// in every step.
   std::uint64_t neighbours = 0;
+  /// Blocks, numbered so, of which nothing is learnt yet: testing them would have been too much at once.
+  std::uint64_t left = 0;
 
-  /// Of others of the leaves' blocks.
+  static LeafGap of_nothing() { return {std::numeric_limits<float>::max(), false, 0, ~std::uint64_t{0}}; }
+  /// Of others of the leaves' blocks: all that were left.
   void add(const LeafGap& more) {
     gap = std::min(gap, more.gap);
     adjacent |= more.adjacent;
     neighbours |= more.neighbours;
+    left = 0;
   }
 };
 
@@ -38,6 +43,8 @@ struct LeafBlocks {
   bool skip_neighbours = false;  ///< not those that list_neighbours() lists
   std::uint64_t neighbours = 0;  ///< which these are, as LeafGap says; 0 where that is not known, or none is
   std::uint64_t among = ~std::uint64_t{0};  ///< only of these, numbered so
+  /// After so many triangle pairs no more blocks are begun, and LeafGap::left says which are left.
+  std::uint64_t at_once = ~std::uint64_t{0};
 };
 
 /// Takes leaf pairs as they are found. Used by one thread at a time.

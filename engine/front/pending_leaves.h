@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Leaf pairs that a task has found and not tested yet. No box tells what a leaf pair costs: in crumpled cloth
 // it is hundreds of times what it is elsewhere. So a task tests what it has found itself, until that turns
-// out to be much, and shares the rest out from then on.
+// out to be much, be it in the middle of a pair, and shares the rest out from then on.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <utility>
 
 #include "engine/front/leaf_pairs.h"
 #include "engine/parallel/fork_within.h"
@@ -38,36 +39,46 @@ class PendingLeaves {
   void test(const PartPair& parts, bool skip_neighbours, bool wide, LeafPairSink& sink, LeafPairSinks& sinks,
             Take&& take) {
     std::uint32_t tested = 0;
-    for (; tested < count_ && sink.triangle_pairs() - done_before_ < kOneTask; ++tested) {
+    LeafGap begun = LeafGap::of_nothing();
+    for (std::uint64_t done = 0; tested < count_ && (done = sink.triangle_pairs() - done_before_) < kOneTask;
+         ++tested) {
       const Pair& pair = pairs_[tested];
-      take(pair, sink.leaf_pair(parts, pair.leaves, {skip_neighbours, pair.neighbours}));
+      begun = sink.leaf_pair(parts, pair.leaves, {skip_neighbours, pair.neighbours, kAll, kOneTask - done});
+      if (begun.left != 0) break;
+      take(pair, std::exchange(begun, LeafGap::of_nothing()));
     }
-    if (tested < count_) share_out(tested, parts, skip_neighbours, wide, sinks, take);
+    if (tested < count_) share_out(tested, begun, parts, skip_neighbours, wide, sinks, take);
     count_ = 0;
   }
 
+  /// Of a pair of wide leaves that is shared out.
+  static constexpr std::uint32_t kTasks = 8;
+
  private:
-  // Tests those from here on. Those of wide leaves are several tasks each.
+  // Tests those from here on, of the first what is left of it. Those of wide leaves are several tasks each.
   template <class Take>
-  void share_out(std::uint32_t first, const PartPair& parts, bool skip_neighbours, bool wide,
-                 LeafPairSinks& sinks, Take&& take) {
+  void share_out(std::uint32_t first, const LeafGap& begun, const PartPair& parts, bool skip_neighbours,
+                 bool wide, LeafPairSinks& sinks, Take&& take) {
     const std::uint32_t tasks = wide ? kTasks : 1;
     fork_within(first * tasks, count_ * tasks, [&](std::uint32_t i) {
       const StageClock::In front(sinks.clock(), Stage::kFront);
       const Pair& pair = pairs_[i / tasks];
-      const std::uint64_t among = wide ? kOfTask << (64 / kTasks * (i % tasks)) : ~std::uint64_t{0};
-      learnt_[i] = sinks.local().leaf_pair(parts, pair.leaves, {skip_neighbours, pair.neighbours, among});
+      const std::uint64_t left = i / tasks == first ? begun.left : kAll;
+      const std::uint64_t among = wide ? left & kOfTask << (64 / kTasks * (i % tasks)) : left;
+      learnt_[i] =
+          among == 0 ? LeafGap::of_nothing()
+                     : sinks.local().leaf_pair(parts, pair.leaves, {skip_neighbours, pair.neighbours, among});
     });
     for (std::uint32_t pair = first; pair < count_; ++pair) {
-      LeafGap learnt = learnt_[pair * tasks];
-      for (std::uint32_t task = 1; task < tasks; ++task) learnt.add(learnt_[pair * tasks + task]);
+      LeafGap learnt = pair == first ? begun : LeafGap::of_nothing();
+      for (std::uint32_t task = 0; task < tasks; ++task) learnt.add(learnt_[pair * tasks + task]);
       take(pairs_[pair], learnt);
     }
   }
 
   static constexpr std::uint32_t kMost = 64;
-  static constexpr std::uint32_t kTasks = 4;
-  static constexpr std::uint64_t kOfTask = (std::uint64_t{1} << 64 / kTasks) - 1;  // two blocks of the first
+  static constexpr std::uint64_t kAll = ~std::uint64_t{0};
+  static constexpr std::uint64_t kOfTask = (std::uint64_t{1} << 64 / kTasks) - 1;  // a block of the first
   /// Triangle pairs that are worth a task of their own: some 0.2 ms.
   static constexpr std::uint64_t kOneTask = 512;
 

@@ -65,7 +65,7 @@ void append(const FrontChunk& from, std::size_t begin, std::size_t end, FrontChu
 
 void rebalance(FrontSegment& segment, StopSignal stop) {
   constexpr std::size_t kPairs = FrontChunk::kPairs;
-  constexpr std::size_t kAtOnce = 32;
+  constexpr std::size_t kAtOnce = 8;
   auto& chunks = segment.chunks;
   if (chunks.size() < 4 + 4 * (segment.size / kPairs) && std::ranges::none_of(chunks, too_large)) return;
   const Division division(segment);

@@ -74,13 +74,14 @@ void PairTester::keep_earliest(const Contact& contact) {
 }
 
 void PairTester::drop_later() {
-  std::erase_if(contacts_, [this](const Contact& c) {
+  std::size_t at_start = 0;
+  contacts_.erase_if([&](const Contact& c) {
+    at_start += c.toi == 0;
     return c.toi > shared_->earliest.of(world_of(c, input_->scene, input_->numbering, input_->worlds));
   });
   const std::size_t most = input_->options.max_contacts;
   // Nothing is earlier than the start: so these stay, and the answer is refused.
-  if (static_cast<std::size_t>(std::ranges::count(contacts_, 0.0, &Contact::toi)) > most)
-    throw TooManyContacts();
+  if (at_start > most) throw TooManyContacts();
   most_kept_ = std::max(most, 2 * contacts_.size());
 }
 

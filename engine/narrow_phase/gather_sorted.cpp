@@ -12,8 +12,6 @@
 namespace warmfront {
 namespace {
 
-constexpr std::size_t kRowsAtOnce = std::size_t{1} << 11;
-
 /// Buckets of contacts, in the contacts' order.
 class Buckets {
  public:
@@ -62,11 +60,12 @@ void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t 
   for (const std::span<const Contact> list : lists) contacts += list.size();
   const Buckets buckets(contacts, vertices, of, edges);
   const auto for_all = [&](auto&& take) {
-    for (const std::span<const Contact> list : lists) {
-      for_pieces(0, list.size(), kRowsAtOnce, stop, [&](std::size_t begin, std::size_t end) {
-        for (const Contact& contact : list.subspan(begin, end - begin)) take(contact);
-      });
-    }
+    for_each_index(
+        0, lists.size(), stop,
+        [&](std::size_t i) {
+          for (const Contact& contact : lists[i]) take(contact);
+        },
+        1);
   };
   // Where each bucket's next contact goes: at first where it begins, at last where it ends.
   std::vector<std::size_t>& next = room;

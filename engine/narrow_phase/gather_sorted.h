@@ -26,7 +26,8 @@ struct FirstFeatures {
 };
 
 /// Replaces `to` by the contacts of all `lists`, in order, of a scene with so many vertices and edges.
-/// O(contacts), plus the sorting of those of one vertex or edge. `room`: kept from call to call, a number for
+/// O(contacts), plus the sorting of those of one vertex or edge; a task for each list: some thousands in each
+/// are best. `room`: kept from call to call, a number for
 /// 16 contacts. Throws Stopped when told to stop; `to` is unspecified then.
 void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices,
                    const FirstFeatures& of, std::size_t edges, UnwrittenList<Contact>& to,

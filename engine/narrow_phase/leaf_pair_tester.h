@@ -80,8 +80,13 @@ class LeafPairTester final : public LeafPairSink {
     if (which.skip_neighbours)
       nearest.neighbours = neighbours_among(near, which, a, blocks_a.begin, blocks_b.begin);
     nearest.adjacent = nearest.neighbours != 0;
+    const std::uint64_t before = triangle_pairs();
     // By blocks of a, so that each is brought over once.
     for (std::uint64_t bits = near & ~nearest.neighbours; bits != 0; bits &= bits - 1) {
+      if (triangle_pairs() - before >= which.at_once) {
+        nearest.left = bits;
+        break;
+      }
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       const std::uint32_t i = bit / 8;
       const std::uint32_t j = bit % 8;

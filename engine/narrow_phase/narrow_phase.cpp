@@ -34,7 +34,7 @@ struct NarrowPhase<Bounds>::Impl {
   std::vector<const MetPairs*> met;  // of test_met(): by thread, and where its pairs begin among all
   std::vector<std::size_t> met_begin;
   std::vector<std::size_t> orphans_begin;       // of test_orphans(): where each part's blocks begin
-  std::vector<std::span<const Contact>> found;  // of finish(): by thread, and room for gather_sorted()
+  std::vector<std::span<const Contact>> found;  // of finish(): all threads', and room for gather_sorted()
   std::vector<std::size_t> buckets;
 
   LeafPairTester<Bounds>& local_sink() {
@@ -175,8 +175,8 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(UnwrittenList<Contact>& contacts) 
   std::size_t found = 0;
   for (LeafPairTester<Bounds>& sink : impl_->sinks) {
     sum.add(sink.tester.output());
-    lists.emplace_back(sink.tester.contacts());
-    found += lists.back().size();
+    sink.tester.contacts().for_blocks([&](std::span<const Contact> block) { lists.push_back(block); });
+    found += sink.tester.contacts().size();
   }
   const bool earliest = input.options.report == Report::kEarliest;
   if (found >= kMany && !earliest) {

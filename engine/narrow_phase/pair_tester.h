@@ -16,6 +16,7 @@
 #include "engine/elementary/turning.h"
 #include "engine/elementary/verdict.h"
 #include "engine/front/rest_answer.h"
+#include "engine/narrow_phase/contact_list.h"
 #include "engine/narrow_phase/earliest_times.h"
 #include "engine/narrow_phase/feature_block.h"
 #include "engine/narrow_phase/met_pairs.h"
@@ -97,18 +98,16 @@ class PairTester {
 
   /// Frees the memory that a failed step allocated.
   void release() noexcept {
-    std::vector<Contact>().swap(contacts_);
+    contacts_ = {};
     met_ = {};
   }
 
   /// Of the thread that uses this.
   StageClock& clock() { return clock_; }
-  std::vector<Contact>& contacts() { return contacts_; }
+  const ContactList& contacts() const { return contacts_; }
   NarrowPhaseOutput& output() { return output_; }
   const NarrowPhaseOutput& output() const { return output_; }
-  std::size_t memory_bytes() const {
-    return sizeof(*this) + contacts_.capacity() * sizeof(Contact) + met_.memory_bytes();
-  }
+  std::size_t memory_bytes() const { return sizeof(*this) + contacts_.memory_bytes() + met_.memory_bytes(); }
 
  private:
   // Contacts go to `found`, too, until this goes: other tasks of a step that fails are not to find it there.
@@ -250,7 +249,7 @@ class PairTester {
 
   const NarrowPhaseInput* input_ = nullptr;
   NarrowPhaseShared* shared_ = nullptr;
-  std::vector<Contact> contacts_;
+  ContactList contacts_;
   std::uint32_t world_ = 0;    // of the leaves in hand, by its place
   bool turning_ = false;       // of these: does either part move along a screw?
   std::size_t most_kept_ = 0;  // of Report::kEarliest with worlds: then later ones are dropped

@@ -123,9 +123,10 @@ std::span<const PartId> PartTrees<Bounds>::rearrange_loose(const Core& core, Sto
     if (!known || core.model.is_removed(PartId{p}) || (core.motion.state(PartId{p}) & kMoving) == 0) continue;
     if (!(looseness(tree) > kLoosenessLimit * tree.built_looseness)) continue;  // or is not a number
     const Scene& scene = core.topology->scene;
-    std::vector<Primitive> order = build_order(scene, core.motion.vertices(), tree.shape, tree.order, stop);
+    const std::vector<Primitive> order =
+        build_order(scene, core.motion.vertices(), tree.shape, tree.order, stop);
     auto shared = tree.leaves.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order, stop);
-    tree.arrange(scene, tree.shape, std::move(order), std::move(shared), is_lazy(core.options), stop);
+    tree.arrange(scene, tree.shape, order, std::move(shared), is_lazy(core.options), stop);
     tree.patches = patches_of(core, tree, stop);
     refit_in_[p] = kNever;
     bases_[p] = {};

@@ -23,6 +23,13 @@ constexpr std::uint32_t kMostBackoff = 256;
 /// Primitives that one step measures, or else one part: a crowd does not make a step as long as the first.
 constexpr std::size_t kMeasuredAtOnce = 20'000;
 
+// At t = 0.
+double edge_length(const Scene& scene, EdgeId edge, std::span<const VertexMotion> vertices) {
+  const auto& a = vertices[ends_of(scene, edge)[0]].t0;
+  const auto& b = vertices[ends_of(scene, edge)[1]].t0;
+  return length_above(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
 // Of the edges at t = 0.
 RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& features,
                                      std::span<const VertexMotion> vertices, StopSignal stop) {
@@ -34,9 +41,7 @@ RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& fea
     const EdgeId first = features.first_edge + static_cast<std::uint32_t>(p) * kPiece;
     RigidParts::EdgeLengths& piece = pieces[p];
     for (EdgeId e = first; e < std::min(first + kPiece, features.end_edge); ++e) {
-      const auto& a = vertices[ends_of(scene, e)[0]].t0;
-      const auto& b = vertices[ends_of(scene, e)[1]].t0;
-      const double length = length_above(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+      const double length = edge_length(scene, e, vertices);
       piece.mean += length;
       piece.longest = std::max(piece.longest, length);
     }
@@ -105,6 +110,33 @@ RigidReference::Fit fit(const RigidReference& reference, std::span<const VertexM
   return turned.residual <= limit ? turned : reference.fit_between(vertices, start, limit, stop);
 }
 
+// How far off a fit of a part's vertices may be that counts, where its clearance is as long as this.
+double off_limit(double clearance) {
+  return 0.25 * kLeastStretch * clearance;
+}
+
+// Does a few vertices' motion show that no fit will do? Most of what deforms shows it so, and needs no
+// reference. By far: the fit of a few has other anchors than that of all, and their edges another mean.
+bool few_deform(const Scene& scene, const FeatureRange& features, std::span<const VertexMotion> all,
+                StopSignal stop) {
+  constexpr std::uint32_t kFew = 64;
+  constexpr double kFar = 8;
+  const std::uint32_t vertices = features.end_vertex - features.first_vertex;
+  const std::uint32_t edges = features.end_edge - features.first_edge;
+  if (vertices < 4 * kFew || edges < 4 * kFew) return false;
+  std::vector<VertexMotion> few;
+  few.reserve(kFew);
+  double length = 0;
+  for (std::uint32_t k = 0; k < kFew; ++k) {
+    few.push_back(all[features.first_vertex + std::uint64_t{k} * vertices / kFew]);
+    const auto edge = features.first_edge + static_cast<std::uint32_t>(std::uint64_t{k} * edges / kFew);
+    length += edge_length(scene, edge, all);
+  }
+  const double limit = kFar * off_limit(kLadder[0] * length / kFew);
+  const RigidReference reference(few, stop);
+  return !reference.flat() && !(fit(reference, few, false, limit, stop).residual <= limit);
+}
+
 }  // namespace
 
 void RigidParts::take(const CollisionModel& model) noexcept {
@@ -144,12 +176,13 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
   const std::span<const VertexMotion> all = motion.vertices().vertices();
   const auto vertices = all.subspan(features.first_vertex, features.end_vertex - features.first_vertex);
   if (part.reference == nullptr) {
+    if (!trial && few_deform(scene, features, all, stop)) return give_up(part);
     part.edges = edge_lengths(scene, features, all, stop);
     part.reference = std::make_unique<RigidReference>(vertices, stop);
     part.follows = false;
   }
   const double shown = part.clearance.value_or(kLadder[part.rung] * part.edges.mean);
-  const double limit = 0.25 * kLeastStretch * shown;
+  const double limit = off_limit(shown);
   if (!part.follows)
     part.at_start = fit(*part.reference, vertices, true, limit, stop);
   else if (!from_start)

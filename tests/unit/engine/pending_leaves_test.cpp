@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <tbb/enumerable_thread_specific.h>
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cstdint>
@@ -96,13 +97,85 @@ TEST(PendingLeaves, LightOnesAreTestedOneByOne) {
 TEST(PendingLeaves, OfHeavyOnesAllButTheFirstAreDivided) {
   Asked asked(1000);
   test_full(asked, true);
-  for (const auto& [leaf, all] : asked.of) EXPECT_EQ(all.size(), leaf == 0 ? 1U : 4U) << leaf;
+  for (const auto& [leaf, all] : asked.of)
+    EXPECT_EQ(all.size(), leaf == 0 ? 1U : PendingLeaves::kTasks) << leaf;
 }
 
 TEST(PendingLeaves, LeavesOfOneBlockAreNot) {
   Asked asked(1000);
   test_full(asked, false);
   for (const auto& [leaf, all] : asked.of) EXPECT_EQ(all.size(), 1U) << leaf;
+}
+
+// As the real one does: a row of blocks after another, each so many triangle pairs, as far as it may at once.
+class RowByRow final : public LeafPairSinks, public LeafPairSink {
+ public:
+  LeafPairSink& local() override { return *this; }
+  StageClock& clock() override { return clocks_.local(); }
+  LeafGap leaf_pair(const PartPair&, const NodePair& leaves, const LeafBlocks& which) override {
+    const std::lock_guard lock(mutex_);
+    ++calls;
+    LeafGap learnt = LeafGap::of_nothing();
+    learnt.left = 0;
+    std::uint64_t done = 0;
+    for (int row = 0; row < 8; ++row) {
+      const std::uint64_t of_row = std::uint64_t{0xff} << 8 * row;
+      if ((which.among & of_row) == 0) continue;
+      if (done >= which.at_once) {
+        learnt.left |= which.among & of_row;
+        continue;
+      }
+      EXPECT_EQ(tested[number_of(leaves.a)] & of_row, 0U) << "twice";
+      tested[number_of(leaves.a)] |= which.among & of_row;
+      learnt.gap = std::min(learnt.gap, static_cast<float>(10 - row));
+      learnt.adjacent |= row == 0;
+      learnt.neighbours |= std::uint64_t{1} << 8 * row;
+      done += kOfRow;
+    }
+    done_ += done;
+    return learnt;
+  }
+  LeafGap leaf_pair_at_rest(const PartPair&, const NodePair&, const LeafBlocks&, RestAnswer&) override {
+    ADD_FAILURE() << "not asked for";
+    return {};
+  }
+  void neighbours(PartId, NeighbourChunk&) override {}
+  void neighbours_at_rest(PartId, NeighbourChunk&) override {}
+  void keep(std::uint64_t, const ContactTally&, std::span<const Contact>) override {}
+  std::uint64_t triangle_pairs() const override { return done_; }
+
+  static constexpr std::uint64_t kOfRow = 100;
+  std::map<std::uint32_t, std::uint64_t> tested;
+  int calls = 0;
+
+ private:
+  std::atomic<std::uint64_t> done_{0};
+  std::mutex mutex_;
+  tbb::enumerable_thread_specific<StageClock> clocks_;
+};
+
+// A pair that is much by itself is shared out from the middle on, and what is learnt of it is of all of it.
+TEST(PendingLeaves, AHeavyPairIsDividedInTheMiddle) {
+  for (const std::uint32_t pairs : {1U, 2U, 5U}) {
+    RowByRow sink;
+    PendingLeaves pending;
+    std::uint32_t taken = 0;
+    testing::workers()->run([&] {
+      pending.begin(sink);
+      for (std::uint32_t n = 0; n < pairs; ++n) pending.add({{NodeId{n}, NodeId{9}}, n, 0});
+      pending.test({}, true, true, sink, sink, [&](const PendingLeaves::Pair& pair, const LeafGap& gap) {
+        EXPECT_EQ(pair.place, taken++);
+        EXPECT_EQ(gap.gap, 3);
+        EXPECT_TRUE(gap.adjacent);
+        EXPECT_EQ(gap.neighbours, 0x0101010101010101U);
+        EXPECT_EQ(gap.left, 0U);
+      });
+    });
+    EXPECT_EQ(taken, pairs);
+    for (std::uint32_t n = 0; n < pairs; ++n) EXPECT_EQ(sink.tested[n], kWhole) << n;
+    // Of the first, six rows at once and the last two as two tasks; of the others all tasks each.
+    EXPECT_EQ(sink.calls, 3 + 8 * static_cast<int>(pairs - 1));
+  }
 }
 
 // What a chunk has taken before counts.
@@ -120,8 +193,8 @@ TEST(PendingLeaves, AChunkThatWasMuchIsDividedFromThenOn) {
     pending.test({}, false, true, asked, asked, [](const auto&, const auto&) {});
   });
   EXPECT_EQ(asked.of[0].size(), 1U);
-  EXPECT_EQ(asked.of[1].size(), 4U);
-  EXPECT_EQ(asked.of[2].size(), 4U);
+  EXPECT_EQ(asked.of[1].size(), PendingLeaves::kTasks);
+  EXPECT_EQ(asked.of[2].size(), PendingLeaves::kTasks);
   EXPECT_EQ(asked.of[3].size(), 1U) << "another chunk";
 }
 
