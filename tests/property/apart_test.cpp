@@ -155,8 +155,9 @@ RC_GTEST_PROP(Apart, ChangesNoContact, (std::uint64_t seed)) {
     contacts += some.value().contacts.size();
     ++steps;
   }
-  // Guards against an empty test: planes are found, and there are contacts to miss.
-  if (steps > 1'000) {
+  // Guards against an empty test: planes are found, and there are contacts to miss. Of few piles many may be
+  // of what is always near: so these are most of all.
+  if (steps > 2'500) {
     RC_ASSERT(2 * apart > steps);
     RC_ASSERT(contacts > steps);
   }
