@@ -33,6 +33,12 @@ class PartWidths {
     if (arcs_ != nullptr) separation = arcs_->widened(separation, parts.a, parts.b);
     return Width::of(frame_.to_local(separation));
   }
+  /// The width of a separation, of no parts, where that is less than `most`. Not where vertices move along
+  /// arcs.
+  Width narrowed(double separation, const Width& most) const {
+    const double local = frame_.to_local(separation);
+    return local < most.straight ? Width::of(local) : most;
+  }
   /// Of the parts that two vertices are in.
   Width around(std::uint32_t vertex_a, std::uint32_t vertex_b) const {
     if (alike()) return of_all_;

@@ -2,6 +2,8 @@
 #include "engine/elementary/keep_distance.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "engine/elementary/closest.h"
@@ -68,6 +70,37 @@ double KeepDistance::widest(double far_a, double far_b) const {
   return (beyond + per_way(share) * way) * (1 + 0x1p-48) + 0x1p-1070;  // and for what underflows
 }
 
+double farthest_features(const Corners& f, const Corners& g) {
+  constexpr double kLeast = 0x1p-900;
+  std::array<std::array<double, 3>, 3> square{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t k = 0; k < 3; ++k) square[i][j] += (f[i][k] - g[j][k]) * (f[i][k] - g[j][k]);
+      // What is not a number, too.
+      if (!(square[i][j] > kLeast)) return std::numeric_limits<double>::infinity();
+    }
+  }
+  double most = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& row = square[i];
+    const auto& next = square[(i + 1) % 3];
+    most = std::max(
+        {most, std::min({row[0], row[1], row[2]}), std::min({square[0][i], square[1][i], square[2][i]})});
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t k = (j + 1) % 3;
+      most = std::max(most, std::min({row[j], row[k], next[j], next[k]}));
+    }
+  }
+  return std::sqrt(most) * (1 + 0x1p-40);
+}
+
+double starts_apart(const Query& query, const Vec3& closest) {
+  double apart = distance_above(closest);
+  for (int k = 0; k < query.gap_count; ++k)
+    apart = std::min(apart, distance_above(query.gaps[static_cast<std::size_t>(k)].t0));
+  return apart;
+}
+
 Verdict keep_distance_test(const FeatureVertices& features, const KeepDistance& keep,
                            CertifiedOptions options) {
   Query query = Query::prepare(features, widest_of(features, keep));
@@ -80,7 +113,7 @@ Verdict keep_distance_test(const FeatureVertices& features, const KeepDistance& 
   if (!trim_by_kdop(query, window)) return {};
   if (query.separation == 0) return certified_search(query, options, window);  // nothing moves
   const Vec3 closest = closest_direction(query, 0);
-  const double distance = distance_above(closest);
+  const double distance = starts_apart(query, closest);
   const double own = (keep.share * distance + (1 - keep.share) * beyond) * (1 + 0x1p-48);
   query.separation = std::min(query.separation, std::max(own, beyond) + 0x1p-1022);
   const auto approach_of = [&](double from) { return (1 - keep.share) * std::max(0.0, from - beyond); };

@@ -4,6 +4,8 @@
 // the default floating-point environment (Workers checks it).
 #pragma once
 
+#include <array>
+
 #include "engine/elementary/certified.h"
 #include "engine/elementary/query.h"
 #include "engine/elementary/verdict.h"
@@ -19,9 +21,22 @@ struct KeepDistance {
   /// nearer than m + s (d - m) has (1 - s) (d - m) <= far_a + far_b, so m + s (d - m) is at most
   /// m + s / (1 - s) (far_a + far_b). Rounded up, and monotone in both; m where neither moves.
   double widest(double far_a, double far_b) const;
+  /// At least the separation of pairs that are no farther apart at t = 0 than that; infinite for infinite.
+  double of_distance(double distance) const {
+    return distance > beyond ? (beyond + share * (distance - beyond)) * (1 + 0x1p-40) : beyond;
+  }
 
   friend bool operator==(const KeepDistance&, const KeepDistance&) = default;
 };
+
+/// The corners of a face or an edge, of which one is given twice then.
+using Corners = std::array<std::array<double, 4>, 3>;
+/// No feature of one is farther from a feature of the other than that: no farther than any corner of the one
+/// from any of the other, as starts_apart() has it. Rounded up; infinite beyond what squares serve.
+double farthest_features(const Corners& f, const Corners& g);
+/// An upper bound of how far apart a query's primitives are at t = 0, in its units: no more than any two of
+/// their vertices, nor than the points between which `closest`, closest_direction() at 0, leads.
+double starts_apart(const Query& query, const Vec3& closest);
 
 /// When do the primitives come within their own separation? As certified_test() with that as min_separation,
 /// rounded up by some 2^-43 of the query's size, but for three things:

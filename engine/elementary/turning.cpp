@@ -44,12 +44,14 @@ class Chords {
   /// A time, from `begin` on, up to which the arcs certainly stay farther apart than `separation`:
   /// conservative advancement (Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996, 2.3.2).
   /// The direction between the closest points keeps them apart for as long as what they have in it lasts
-  /// against their velocity and the greatest second derivative. Ends where it gains less than `least`.
-  double apart_until(double begin, double separation, const Margins& margins, double least) const {
+  /// against their velocity and the greatest second derivative. Ends where it gains less than `least`, or
+  /// has come to `enough`.
+  double apart_until(double begin, double separation, const Margins& margins, double least,
+                     double enough = 1) const {
     if (!squares_serve(margins) || !(separation < 0x1p300)) return begin;
     const double kept = separation + kept_besides(margins);
     double s = begin;
-    for (int k = 0; k < kMostSteps && s < 1; ++k) {
+    for (int k = 0; k < kMostSteps && s < 1 && s < enough; ++k) {
       const double more = kept_apart(s, kept, margins.bend);
       if (more > 0) s = time_of(s, std::min(more, 1.0));
       if (!(more >= least)) break;
@@ -155,10 +157,12 @@ Verdict search_pair(const TurningPair& pair, const CertifiedOptions& options) {
   of_piece.latest = 1;
   const double resolution = options.tolerance * margins.size;
   const double finest = margins.finest(resolution);
+  // From there on a piece begins after `latest`, and nothing of it is asked.
+  const double enough = options.latest + 2 * finest;
   int advances = 0;
   const auto advance = [&](double begin) {
     if (++advances > kMostAdvances || begin >= 1) return begin;
-    const double until = chords.apart_until(begin, options.min_separation, margins, finest);
+    const double until = chords.apart_until(begin, options.min_separation, margins, finest, enough);
     return std::max(begin, std::floor(until / finest) * finest);
   };
   const auto reports = [&](double begin, double width, double margin) {
@@ -224,7 +228,7 @@ Verdict turning_keep_distance_test(const TurningPair& pair, const KeepDistance& 
   Query query = Query::prepare(at_start, 0);
   if (query.size == 0) return {true, ContactStatus::kOverlapAtStart, 0};
   const double beyond = query.scaled(keep.beyond);
-  const double distance = distance_above(closest_direction(query, 0));
+  const double distance = starts_apart(query, closest_direction(query, 0));
   const double own = std::max((keep.share * distance + (1 - keep.share) * beyond) * (1 + 0x1p-48), beyond);
   const double below = distance_below(query, 0.0);
   if (!(below > own * (1 + 0x1p-40) + 0x1p-40)) return {true, ContactStatus::kOverlapAtStart, 0};

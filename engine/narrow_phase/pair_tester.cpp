@@ -126,7 +126,7 @@ void PairTester::element_pair(Primitive p, Primitive q, std::uint32_t left_out, 
     corners_.vertex[k][element_pairs_] = of_p[k];
     corners_.vertex[k + 3][element_pairs_] = of_q[k];
   }
-  corners_.width[element_pairs_] = width_of(of_p, of_q).straight;
+  corners_.width[element_pairs_] = width_between(of_p, of_q).straight;
   if (++element_pairs_ == elements_.size()) filter_elements();
 }
 
@@ -192,7 +192,7 @@ float PairTester::until_of(std::uint32_t p, std::uint32_t q) const {
 
 std::uint32_t PairTester::overlapping(const Face& p, const Face& q, std::uint32_t wanted) const {
   const float latest = until_of(p[0], q[0]);
-  const Width width = width_of(p, q);
+  const Width width = width_between(p, q);
   return latest < 1 ? overlapping_features(bounds_of(p), bounds_of(q), wanted, latest, width)
                     : overlapping_features(bounds_of(p), bounds_of(q), wanted, width);
 }
@@ -243,6 +243,19 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t l
 
 Width PairTester::width_of(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const {
   return input_->widths.around(a[0], b[0]);
+}
+
+Width PairTester::width_between(const Face& p, const Face& q) const {
+  const Width width = width_of(p, q);
+  if (input_->keep.share == 0 || input_->arcs.any()) return width;
+  const auto corners = [this](const Face& of) -> Corners {
+    return {input_->vertices[of[0]].t0, input_->vertices[of[1]].t0, input_->vertices[of[2]].t0};
+  };
+  double beyond = input_->kept_beyond;
+  if (input_->thickness.any())
+    beyond = separation_of(beyond, input_->thickness.of(p), input_->thickness.of(q));
+  const KeepDistance keep{input_->keep.share, beyond};
+  return input_->widths.narrowed(keep.of_distance(farthest_features(corners(p), corners(q))), width);
 }
 
 std::pair<double, double> PairTester::thickness_of(const FeaturePair& pair) const {

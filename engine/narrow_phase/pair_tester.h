@@ -184,6 +184,8 @@ class PairTester {
   std::uint32_t overlapping(const Face& p, const Face& q, std::uint32_t wanted) const;
   // Within which bounds of primitives with these vertices count as near each other: of their parts.
   Width width_of(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const;
+  // The same of two primitives: where distances are kept, none of their features has a wider separation.
+  Width width_between(const Face& p, const Face& q) const;
   // Of the first and of the second feature; where anything is thick.
   std::pair<double, double> thickness_of(const FeaturePair& pair) const;
   // The question's separation for all pairs; where each has its own by keep_distance, the widest.

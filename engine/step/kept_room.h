@@ -44,14 +44,15 @@ class KeptRoom {
   /// Does each pair have its own?
   bool differs() const { return keep_.share > 0; }
   /// For what lies in these boxes at the start.
-  double of(const ChordBox& a, const ChordBox& b) const {
-    const double far = farthest_apart(a, b);
-    const double own = far > keep_.beyond ? keep_.beyond + keep_.share * (far - keep_.beyond) : keep_.beyond;
-    const double room = room_of(own * (1 + 0x1p-40));
-    return room < most_ ? room : most_;
-  }
+  double of(const ChordBox& a, const ChordBox& b) const { return of_distance(farthest_apart(a, b)); }
+  /// For two primitives whose corners these are then.
+  double of(const Corners& f, const Corners& g) const { return of_distance(farthest_features(f, g)); }
 
  private:
+  double of_distance(double far) const {
+    const double room = room_of(keep_.of_distance(far));
+    return room < most_ ? room : most_;
+  }
   double room_of(double separation) const { return separation + besides_ + share_ * separation; }
 
   KeepDistance keep_;

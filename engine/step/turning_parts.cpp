@@ -143,16 +143,31 @@ TurningStage::Box TurningStage::box_of(const Core& core, const Part& part,
   return around_points(ends);
 }
 
-// Of two faces, from a piece on before which their boxes are apart; all, where nothing is told of boxes.
+// Between two primitives, for each of their pairs of features.
+double TurningStage::room_of(const Core& core, const Part& f, std::uint32_t place_f, const Part& g,
+                             std::uint32_t place_g, const KeptRoom& room) const {
+  if (!room.differs()) return room.most();
+  Corners of_f;
+  Corners of_g;
+  for (std::size_t i = 0; i < 3; ++i) {
+    of_f[i] = position(core, f, f.corners[place_f][i], 0);
+    of_g[i] = position(core, g, g.corners[place_g][i], 0);
+  }
+  return room.of(of_f, of_g);
+}
+
+// Of two faces, from a piece on before which their boxes are apart, to the last that begins by `latest`; all,
+// where nothing is told of boxes.
 std::uint32_t TurningStage::near_features_of(const Core& core, const Part& f, std::uint32_t place_f,
-                                             const Part& g, std::uint32_t place_g, int piece,
+                                             const Part& g, std::uint32_t place_g, int piece, double latest,
                                              double room) const {
   if (!(f.reach < kMostReach && g.reach < kMostReach)) return ~0U;
   using Times = std::array<std::array<Corner, 3>, kMostPiecesOfStep + 1>;
   Times of_f;
   Times of_g;
   std::size_t times = 0;
-  for (int k = piece; k <= pieces_; ++k, ++times) {
+  const auto begins = [this](int k) { return time_of(static_cast<std::size_t>(k)); };
+  for (int k = piece; k <= pieces_ && (k <= piece + 1 || begins(k - 1) <= latest); ++k, ++times) {
     for (std::size_t i = 0; i < 3; ++i) {
       of_f[times][i] = position(core, f, f.corners[place_f][i], k);
       of_g[times][i] = position(core, g, g.corners[place_g][i], k);

@@ -26,12 +26,15 @@ std::span<const ChordBox> some(const std::vector<ChordBox>& boxes, std::uint32_t
   return {boxes.data() + first, boxes.data() + end};
 }
 
+// What is not a number is near.
 bool near_each_other(const ChordBox& a, const ChordBox& b, double room) {
+  double square = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    // What is not a number is near.
-    if (a.low[k] - b.high[k] > room || b.low[k] - a.high[k] > room) return false;
+    const double apart = std::max({0.0, a.low[k] - b.high[k], b.low[k] - a.high[k]});
+    if (apart > room) return false;
+    square += apart * apart;
   }
-  return true;
+  return !(square > room * room * (1 + 0x1p-40));
 }
 
 }  // namespace
@@ -194,11 +197,13 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
   const auto test = [&](std::uint32_t i, std::uint32_t j) {
     const Primitive x = tree_a.order[i];
     const Primitive y = tree_b.order[j];
-    const double own = room.differs() ? room.of(a.start.primitives[i], b.start.primitives[j]) : room.most();
+    const double own = room_of(core, a, i, b, j, room);
+    if (room.differs() && !near_each_other(a.now.primitives[i], b.now.primitives[j], own)) return;
     if (tested(i, j, own)) return;
     if (!are_faces(x, y)) return tester.primitive_pair(x, y);
-    const std::uint32_t features = x < y ? near_features_of(core, a, i, b, j, piece, own)
-                                         : near_features_of(core, b, j, a, i, piece, own);
+    const double latest = tester.earliest();
+    const std::uint32_t features = x < y ? near_features_of(core, a, i, b, j, piece, latest, own)
+                                         : near_features_of(core, b, j, a, i, piece, latest, own);
     if (features != 0) tester.primitive_pair(x, y, features);
   };
   const auto blocks = [&](BlockId block_a, BlockId block_b) {

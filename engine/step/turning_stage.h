@@ -101,7 +101,9 @@ class TurningStage {
   Box box_of(const Core& core, const Part& part, const std::array<std::uint32_t, 3>& corners,
              int piece) const;
   std::uint32_t near_features_of(const Core& core, const Part& f, std::uint32_t place_f, const Part& g,
-                                 std::uint32_t place_g, int piece, double room) const;
+                                 std::uint32_t place_g, int piece, double latest, double room) const;
+  double room_of(const Core& core, const Part& f, std::uint32_t place_f, const Part& g, std::uint32_t place_g,
+                 const KeptRoom& room) const;
   template <class Bounds>
   void bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece, StopSignal stop) const;
   template <class Bounds>

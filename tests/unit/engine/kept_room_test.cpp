@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 #include <random>
+#include <vector>
+
+#include "engine/elementary/query.h"
 
 namespace warmfront {
 namespace {
@@ -44,6 +48,56 @@ TEST_F(KeptRoomTest, IsNoLessThanTheSeparationOfAnyPairWithin) {
     }
   }
   EXPECT_GT(less_than_most, 500);
+}
+
+// Of two triangles, for each of their pairs of features, as a test of them says how far apart these start.
+TEST_F(KeptRoomTest, OfCornersIsNoLessThanTheSeparationOfAnyFeatures) {
+  int less_than_of_boxes = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const KeepDistance keep{draw(0.05, 0.95), draw(0, 0.3)};
+    const KeptRoom room(keep, 10, 0, 0);
+    Corners f, g;
+    for (Corner& corner : f) corner = draw_corner();
+    for (Corner& corner : g) corner = draw_corner();
+    const bool flat = trial % 4 == 0;
+    if (flat)
+      f[2] = trial % 8 == 0 ? f[1]
+                            : Corner{2 * f[1][0] - f[0][0], 2 * f[1][1] - f[0][1], 2 * f[1][2] - f[0][2], 0};
+    g[0][2] += trial % 3;
+    std::vector<FeatureVertices> pairs;
+    std::array<VertexMotion, 3> of_f, of_g;
+    for (std::size_t i = 0; i < 3; ++i) {
+      of_f[i] = {f[i], f[i]};
+      of_g[i] = {g[i], g[i]};
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      pairs.push_back({ContactKind::kVertexFace, {&of_f[i], &of_g[0], &of_g[1], &of_g[2]}});
+      pairs.push_back({ContactKind::kVertexFace, {&of_g[i], &of_f[0], &of_f[1], &of_f[2]}});
+      for (std::size_t j = 0; j < 3; ++j)
+        pairs.push_back(
+            {ContactKind::kEdgeEdge, {&of_f[i], &of_f[(i + 1) % 3], &of_g[j], &of_g[(j + 1) % 3]}});
+    }
+    for (const FeatureVertices& pair : pairs) {
+      const Query query = Query::prepare(pair, 0);
+      const double d = query.unscaled(starts_apart(query, closest_direction(query, 0)));
+      const double own = d > keep.beyond ? keep.beyond + keep.share * (d - keep.beyond) : keep.beyond;
+      ASSERT_GE(room.of(f, g) * (1 + 0x1p-30) + 0x1p-40, own);
+    }
+    const double of_boxes = room.of(around_points(f), around_points(g));
+    ASSERT_LE(room.of(f, g), of_boxes * (1 + 0x1p-30));
+    less_than_of_boxes += room.of(f, g) < 0.9 * of_boxes ? 1 : 0;
+  }
+  EXPECT_GT(less_than_of_boxes, 1000);
+}
+
+TEST_F(KeptRoomTest, OfCornersThatAreNoNumbersIsThatOfAll) {
+  const KeptRoom room({0.5, 0}, 1, 0, 0);
+  const Corners some{{{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}}};
+  for (const double odd : {std::numeric_limits<double>::quiet_NaN(), 1e300}) {
+    EXPECT_EQ(room.of(some, Corners{{{odd, 0, 0, 0}, {1, 0, 5, 0}, {0, 1, 5, 0}}}), room.most());
+  }
+  const double tiny = 1e-200;
+  EXPECT_EQ(room.of(some, Corners{{{tiny, 0, 0, 0}, {1, 0, tiny, 0}, {0, 1, tiny, 0}}}), room.most());
 }
 
 TEST_F(KeptRoomTest, OfWhatHoldsMoreIsNoLess) {
