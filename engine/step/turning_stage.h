@@ -28,8 +28,8 @@ namespace warmfront {
 /// of two faces those features whose own 18-DOPs are nearer in some piece.
 ///
 /// Where distances are kept, how far apart boxes must be goes by where they are at the start (kept_room.h).
-/// Of an earliest question no piece is looked at that begins after what was found in those before it: what is
-/// first near in a piece is reported no earlier than there.
+/// Of an earliest question no piece is looked at that begins after what was found, neither of all nor of two
+/// faces: what is first near in a piece is reported no earlier than there.
 class TurningStage {
  public:
   /// Takes the near pairs of parts that are this stage's out of those that are the front's. Where an arc is
