@@ -71,13 +71,11 @@ double KeepDistance::widest(double far_a, double far_b) const {
 }
 
 double farthest_features(const Corners& f, const Corners& g) {
-  constexpr double kLeast = 0x1p-900;
   std::array<std::array<double, 3>, 3> square{};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       for (std::size_t k = 0; k < 3; ++k) square[i][j] += (f[i][k] - g[j][k]) * (f[i][k] - g[j][k]);
-      // What is not a number, too.
-      if (!(square[i][j] > kLeast)) return std::numeric_limits<double>::infinity();
+      if (std::isnan(square[i][j])) return std::numeric_limits<double>::infinity();
     }
   }
   double most = 0;
@@ -91,7 +89,7 @@ double farthest_features(const Corners& f, const Corners& g) {
       most = std::max(most, std::min({row[j], row[k], next[j], next[k]}));
     }
   }
-  return std::sqrt(most) * (1 + 0x1p-40);
+  return std::sqrt(most) * (1 + 0x1p-40) + kTooSmall;
 }
 
 double starts_apart(const Query& query, const Vec3& closest) {

@@ -32,10 +32,14 @@ struct KeepDistance {
 /// The corners of a face or an edge, of which one is given twice then.
 using Corners = std::array<std::array<double, 4>, 3>;
 /// No feature of one is farther from a feature of the other than that: no farther than any corner of the one
-/// from any of the other, as starts_apart() has it. Rounded up; infinite beyond what squares serve.
+/// from any of the other, as starts_apart() has it, but for the 2^-44 of a pair's size that this may be more:
+/// what goes by it leaves out only what is beyond by certified_reach(). Rounded up, as farthest_apart() of
+/// kept_room.h is, which is no less for boxes around both; infinite for what is not a number.
 double farthest_features(const Corners& f, const Corners& g);
-/// An upper bound of how far apart a query's primitives are at t = 0, in its units: no more than any two of
-/// their vertices, nor than the points between which `closest`, closest_direction() at 0, leads.
+/// Squares of lengths far below this are lost.
+inline constexpr double kTooSmall = 0x1p-449;
+/// An upper bound of how far apart a query's primitives are at t = 0, in its units: up to 2^-44, no more than
+/// any two of their vertices, nor than the points between which `closest`, closest_direction() at 0, leads.
 double starts_apart(const Query& query, const Vec3& closest);
 
 /// When do the primitives come within their own separation? As certified_test() with that as min_separation,

@@ -186,6 +186,7 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(UnwrittenList<Contact>& contacts) 
     return sum;
   }
   contacts.clear();
+  reserve(contacts, found, input.stop);
   for (const std::span<const Contact> list : lists) append(contacts, list, input.stop);
   if (earliest) {
     PacedStop paced(input.stop);

@@ -55,7 +55,8 @@ struct NarrowPhaseInput {
   /// options.min_separation, with the thickness of both, is none too small; keep.beyond is what is asked of
   /// all.
   KeepDistance keep = {};
-  double kept_beyond = 0;  ///< keep.beyond, or more: with all the room that any pair has
+  /// Where keep.share is not 0: keep.beyond, or more, with all the room that any pair has.
+  double kept_beyond = 0;
   PartWidths widths = {};  ///< of options.min_separation: what bounds must be apart by
   /// Of Report::kVertexDistances, by given vertex: the distance asked about, and then less where something is
   /// nearer. Written by all threads, each number atomically.

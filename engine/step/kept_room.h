@@ -13,8 +13,8 @@
 
 namespace warmfront {
 
-/// No point of one box is farther from any point of the other; rounded up, and no less for what holds them.
-/// Infinite for what is not a number.
+/// No point of one box is farther from any point of the other; rounded up by more than squares lose that are
+/// too small, and no less for what holds them. Infinite for what is not a number.
 inline double farthest_apart(const ChordBox& a, const ChordBox& b) {
   std::array<double, 3> way{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -23,7 +23,7 @@ inline double farthest_apart(const ChordBox& a, const ChordBox& b) {
     if (std::isnan(up) || std::isnan(down)) return std::numeric_limits<double>::infinity();
     way[k] = std::max(up, down);
   }
-  return std::sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]) * (1 + 0x1p-40);
+  return std::sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]) * (1 + 0x1p-40) + kTooSmall;
 }
 
 /// Of two parts. A pair of their features that starts d apart is in contact within m + s (d - m), which grows

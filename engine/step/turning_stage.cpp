@@ -26,7 +26,7 @@ std::span<const ChordBox> some(const std::vector<ChordBox>& boxes, std::uint32_t
   return {boxes.data() + first, boxes.data() + end};
 }
 
-// What is not a number is near.
+// What is not a number is near, and what is apart by no more than squares can tell.
 bool near_each_other(const ChordBox& a, const ChordBox& b, double room) {
   double square = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -34,7 +34,7 @@ bool near_each_other(const ChordBox& a, const ChordBox& b, double room) {
     if (apart > room) return false;
     square += apart * apart;
   }
-  return !(square > room * room * (1 + 0x1p-40));
+  return !(square > room * room * (1 + 0x1p-40) + kTooSmall * kTooSmall);
 }
 
 }  // namespace

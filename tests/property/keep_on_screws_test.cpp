@@ -120,6 +120,33 @@ TEST(KeepDistance, OnScrewsIsThatOfAllPairsOneByOne) {
   EXPECT_GT(whole, 50);
 }
 
+// Of a scene so small that squares of its lengths are lost.
+TEST(KeepDistance, OnScrewsIsThatOfAllPairsAtAnyScale) {
+  int cut_short = 0;
+  for (const int exponent : {-440, -452, -460, -480, -520, -540, -600, -900}) {
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+      Draws draws(seed);
+      Row row(draws);
+      for (double& x : row.x) x = std::ldexp(x, exponent);
+      for (BodyPose& pose : row.poses) {
+        for (std::size_t i = 0; i < 3; ++i)
+          pose.pose.matrix[4 * i + 3] = std::ldexp(pose.pose.matrix[4 * i + 3], exponent);
+      }
+      const double share = std::array{0.0, 0.1, 0.5, 0.9}[draws.below(4)];
+      SCOPED_TRACE("2^" + std::to_string(exponent) + ", seed " + std::to_string(seed));
+      const auto scene = std::make_shared<const Scene>(Scene::create(row.scene).value());
+      Collider collider =
+          Collider::create(scene, std::span<const double>(row.x), {}, testing::workers()).value();
+      QuestionOptions options;
+      if (share > 0) options.keep_distance = share;
+      const MaxStep far = collider.max_step(row.frame(), false, options).value();
+      ASSERT_LE(far.fraction, one_by_one(*scene, row, share) + 1e-9);
+      cut_short += far.fraction < 1 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(cut_short, 100);
+}
+
 // What is known to be first, or not, is not changed by what starts too far away to be first.
 TEST(KeepDistance, OnScrewsUpToATimeIsWhatIsFoundByThen) {
   int found = 0, later = 0;

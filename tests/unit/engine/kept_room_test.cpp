@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <vector>
@@ -96,8 +97,34 @@ TEST_F(KeptRoomTest, OfCornersThatAreNoNumbersIsThatOfAll) {
   for (const double odd : {std::numeric_limits<double>::quiet_NaN(), 1e300}) {
     EXPECT_EQ(room.of(some, Corners{{{odd, 0, 0, 0}, {1, 0, 5, 0}, {0, 1, 5, 0}}}), room.most());
   }
-  const double tiny = 1e-200;
-  EXPECT_EQ(room.of(some, Corners{{{tiny, 0, 0, 0}, {1, 0, tiny, 0}, {0, 1, tiny, 0}}}), room.most());
+}
+
+// Where squares of distances are too small to tell: corners have no more room than boxes around them, and
+// these no less than what they hold, and none is too little.
+TEST_F(KeptRoomTest, OfWhatIsTooSmallForSquaresIsEnough) {
+  const KeptRoom room({0.5, 0}, 1, 0, 0);
+  for (int trial = 0; trial < 2000; ++trial) {
+    const double scale = std::ldexp(1, -400 - trial % 680);
+    Corners f, g, more;
+    for (Corners* corners : {&f, &g, &more}) {
+      for (Corner& corner : *corners) {
+        corner = draw_corner();
+        for (double& x : corner) x *= scale * (draw(0, 1) < 0.3 ? 0x1p-60 : 1);
+      }
+    }
+    const ChordBox a = around_points(f), b = around_points(g);
+    ChordBox holds = a;
+    add(holds, around_points(more));
+    const double nearest = std::hypot(f[0][0] - g[0][0], f[0][1] - g[0][1], f[0][2] - g[0][2]);
+    const bool points = trial % 2 == 0;  // whose only features are as far apart as they
+    if (points) {
+      f[1] = f[2] = f[0];
+      g[1] = g[2] = g[0];
+      ASSERT_GE(room.of(f, g), std::min(1.0, 0.5 * nearest));
+    }
+    ASSERT_LE(room.of(f, g), room.of(a, b));
+    ASSERT_LE(room.of(a, b), room.of(holds, b));
+  }
 }
 
 TEST_F(KeptRoomTest, OfWhatHoldsMoreIsNoLess) {
