@@ -40,7 +40,7 @@ template <class Bounds>
 struct Bvh {
   TreeShape shape;
   UnwrittenList<Primitive> order;  ///< primitive at each position
-  UnwrittenList<Bounds> nodes;   ///< by NodeId
+  UnwrittenList<Bounds> nodes;     ///< by NodeId
   LeafContents<Bounds> leaves;
   LeavesOf<NewFace> face_leaves;
   LeavesOf<EdgeId> segment_leaves;

@@ -40,8 +40,9 @@ class PendingLeaves {
             Take&& take) {
     std::uint32_t tested = 0;
     LeafGap begun = LeafGap::of_nothing();
-    for (std::uint64_t done = 0; tested < count_ && (done = sink.triangle_pairs() - done_before_) < kOneTask;
-         ++tested) {
+    for (; tested < count_; ++tested) {
+      const std::uint64_t done = sink.triangle_pairs() - done_before_;
+      if (done >= kOneTask) break;
       const Pair& pair = pairs_[tested];
       begun = sink.leaf_pair(parts, pair.leaves, {skip_neighbours, pair.neighbours, kAll, kOneTask - done});
       if (begun.left != 0) break;
@@ -50,9 +51,6 @@ class PendingLeaves {
     if (tested < count_) share_out(tested, begun, parts, skip_neighbours, wide, sinks, take);
     count_ = 0;
   }
-
-  /// Of a pair of wide leaves that is shared out.
-  static constexpr std::uint32_t kTasks = 8;
 
  private:
   // Tests those from here on, of the first what is left of it. Those of wide leaves are several tasks each.
@@ -77,6 +75,7 @@ class PendingLeaves {
   }
 
   static constexpr std::uint32_t kMost = 64;
+  static constexpr std::uint32_t kTasks = 8;  // of a pair of wide leaves that is shared out
   static constexpr std::uint64_t kAll = ~std::uint64_t{0};
   static constexpr std::uint64_t kOfTask = (std::uint64_t{1} << 64 / kTasks) - 1;  // a block of the first
   /// Triangle pairs that are worth a task of their own: some 0.2 ms.

@@ -97,6 +97,14 @@ double one_by_one(const Scene& scene, const Row& row, double share) {
   return least;
 }
 
+// With a share of 0: before anything touches.
+MaxStep max_step(const std::shared_ptr<const Scene>& scene, const Row& row, double share) {
+  Collider collider = Collider::create(scene, std::span<const double>(row.x), {}, testing::workers()).value();
+  QuestionOptions options;
+  if (share > 0) options.keep_distance = share;
+  return collider.max_step(row.frame(), false, options).value();
+}
+
 // A commit's room for roundings is beside it, some 2^-40 of a body's place.
 TEST(KeepDistance, OnScrewsIsThatOfAllPairsOneByOne) {
   int cut_short = 0, whole = 0;
@@ -106,11 +114,7 @@ TEST(KeepDistance, OnScrewsIsThatOfAllPairsOneByOne) {
     const double share = std::array{0.0, 0.1, 0.5, 0.9}[draws.below(4)];
     SCOPED_TRACE("seed " + std::to_string(seed) + ", share " + std::to_string(share));
     const auto scene = std::make_shared<const Scene>(Scene::create(row.scene).value());
-    Collider collider =
-        Collider::create(scene, std::span<const double>(row.x), {}, testing::workers()).value();
-    QuestionOptions options;
-    if (share > 0) options.keep_distance = share;
-    const MaxStep far = collider.max_step(row.frame(), false, options).value();
+    const MaxStep far = max_step(scene, row, share);
     const double least = one_by_one(*scene, row, share);
     ASSERT_NEAR(far.fraction, least, 1e-5);
     ASSERT_LE(far.fraction, least + 1e-9);
@@ -135,11 +139,7 @@ TEST(KeepDistance, OnScrewsIsThatOfAllPairsAtAnyScale) {
       const double share = std::array{0.0, 0.1, 0.5, 0.9}[draws.below(4)];
       SCOPED_TRACE("2^" + std::to_string(exponent) + ", seed " + std::to_string(seed));
       const auto scene = std::make_shared<const Scene>(Scene::create(row.scene).value());
-      Collider collider =
-          Collider::create(scene, std::span<const double>(row.x), {}, testing::workers()).value();
-      QuestionOptions options;
-      if (share > 0) options.keep_distance = share;
-      const MaxStep far = collider.max_step(row.frame(), false, options).value();
+      const MaxStep far = max_step(scene, row, share);
       ASSERT_LE(far.fraction, one_by_one(*scene, row, share) + 1e-9);
       cut_short += far.fraction < 1 ? 1 : 0;
     }

@@ -21,20 +21,11 @@ namespace {
 
 constexpr std::uint64_t kWhole = ~std::uint64_t{0};
 
-// Notes what it is asked for, each of which is so much work.
-class Asked final : public LeafPairSinks, public LeafPairSink {
+// All threads' sink of pairs of leaves, and of nothing else.
+class OfLeafPairs : public LeafPairSinks, public LeafPairSink {
  public:
-  explicit Asked(std::uint64_t work) : work_(work) {}
-
   LeafPairSink& local() override { return *this; }
   StageClock& clock() override { return clocks_.local(); }
-  // Each part of a pair of leaves tells another thing, of which the whole pair's answer is made.
-  LeafGap leaf_pair(const PartPair&, const NodePair& leaves, const LeafBlocks& which) override {
-    const std::lock_guard lock(mutex_);
-    of[number_of(leaves.a)].push_back(which);
-    done_ += work_;
-    return {static_cast<float>(std::countr_zero(which.among)), which.among >> 63 != 0, which.among & 0x80008};
-  }
   LeafGap leaf_pair_at_rest(const PartPair&, const NodePair&, const LeafBlocks&, RestAnswer&) override {
     ADD_FAILURE() << "not asked for";
     return {};
@@ -44,13 +35,31 @@ class Asked final : public LeafPairSinks, public LeafPairSink {
   void keep(std::uint64_t, const ContactTally&, std::span<const Contact>) override {}
   std::uint64_t triangle_pairs() const override { return done_; }
 
+ protected:
+  std::atomic<std::uint64_t> done_{0};
+  std::mutex mutex_;
+
+ private:
+  tbb::enumerable_thread_specific<StageClock> clocks_;
+};
+
+// Notes what it is asked for, each of which is so much work.
+class Asked final : public OfLeafPairs {
+ public:
+  explicit Asked(std::uint64_t work) : work_(work) {}
+
+  // Each part of a pair of leaves tells another thing, of which the whole pair's answer is made.
+  LeafGap leaf_pair(const PartPair&, const NodePair& leaves, const LeafBlocks& which) override {
+    const std::lock_guard lock(mutex_);
+    of[number_of(leaves.a)].push_back(which);
+    done_ += work_;
+    return {static_cast<float>(std::countr_zero(which.among)), which.among >> 63 != 0, which.among & 0x80008};
+  }
+
   std::map<std::uint32_t, std::vector<LeafBlocks>> of;
 
  private:
   const std::uint64_t work_;
-  std::atomic<std::uint64_t> done_{0};
-  std::mutex mutex_;
-  tbb::enumerable_thread_specific<StageClock> clocks_;
 };
 
 // Adds pairs until there is no room, tests them, and looks at what was asked for and learnt.
@@ -97,8 +106,7 @@ TEST(PendingLeaves, LightOnesAreTestedOneByOne) {
 TEST(PendingLeaves, OfHeavyOnesAllButTheFirstAreDivided) {
   Asked asked(1000);
   test_full(asked, true);
-  for (const auto& [leaf, all] : asked.of)
-    EXPECT_EQ(all.size(), leaf == 0 ? 1U : PendingLeaves::kTasks) << leaf;
+  for (const auto& [leaf, all] : asked.of) EXPECT_EQ(all.size(), leaf == 0 ? 1U : 8U) << leaf;
 }
 
 TEST(PendingLeaves, LeavesOfOneBlockAreNot) {
@@ -108,10 +116,8 @@ TEST(PendingLeaves, LeavesOfOneBlockAreNot) {
 }
 
 // As the real one does: a row of blocks after another, each so many triangle pairs, as far as it may at once.
-class RowByRow final : public LeafPairSinks, public LeafPairSink {
+class RowByRow final : public OfLeafPairs {
  public:
-  LeafPairSink& local() override { return *this; }
-  StageClock& clock() override { return clocks_.local(); }
   LeafGap leaf_pair(const PartPair&, const NodePair& leaves, const LeafBlocks& which) override {
     const std::lock_guard lock(mutex_);
     ++calls;
@@ -135,23 +141,10 @@ class RowByRow final : public LeafPairSinks, public LeafPairSink {
     done_ += done;
     return learnt;
   }
-  LeafGap leaf_pair_at_rest(const PartPair&, const NodePair&, const LeafBlocks&, RestAnswer&) override {
-    ADD_FAILURE() << "not asked for";
-    return {};
-  }
-  void neighbours(PartId, NeighbourChunk&) override {}
-  void neighbours_at_rest(PartId, NeighbourChunk&) override {}
-  void keep(std::uint64_t, const ContactTally&, std::span<const Contact>) override {}
-  std::uint64_t triangle_pairs() const override { return done_; }
 
   static constexpr std::uint64_t kOfRow = 100;
   std::map<std::uint32_t, std::uint64_t> tested;
   int calls = 0;
-
- private:
-  std::atomic<std::uint64_t> done_{0};
-  std::mutex mutex_;
-  tbb::enumerable_thread_specific<StageClock> clocks_;
 };
 
 // A pair that is much by itself is shared out from the middle on, and what is learnt of it is of all of it.
@@ -193,8 +186,8 @@ TEST(PendingLeaves, AChunkThatWasMuchIsDividedFromThenOn) {
     pending.test({}, false, true, asked, asked, [](const auto&, const auto&) {});
   });
   EXPECT_EQ(asked.of[0].size(), 1U);
-  EXPECT_EQ(asked.of[1].size(), PendingLeaves::kTasks);
-  EXPECT_EQ(asked.of[2].size(), PendingLeaves::kTasks);
+  EXPECT_EQ(asked.of[1].size(), 8U);
+  EXPECT_EQ(asked.of[2].size(), 8U);
   EXPECT_EQ(asked.of[3].size(), 1U) << "another chunk";
 }
 
