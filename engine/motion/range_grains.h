@@ -14,7 +14,7 @@
 namespace warmfront {
 
 /// Vertices that are worth a task of their own.
-inline constexpr std::uint32_t kGrain = 1024;
+inline constexpr std::uint32_t kGrain = 512;
 
 inline std::uint32_t grains_of(std::uint32_t first, std::uint32_t end) {
   return (end - first + kGrain - 1) / kGrain;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -15,11 +16,25 @@
 #include "engine/narrow_phase/block_pairs.h"
 #include "engine/narrow_phase/narrow_phase.h"
 #include "engine/narrow_phase/pair_tester.h"
+#include "engine/parallel/fork_within.h"
 #include "engine/scene/adjacency.h"
 #include "engine/scene/held_bytes.h"
 #include "engine/stop.h"
 
 namespace warmfront {
+
+template <class Bounds>
+class LeafPairTester;
+
+/// Gives each thread its own. Thread-safe.
+template <class Bounds>
+class LeafPairTesters {
+ public:
+  virtual LeafPairTester<Bounds>& local_tester() = 0;
+
+ protected:
+  ~LeafPairTesters() = default;
+};
 
 /// Opens leaf pairs into primitive pairs.
 template <class Bounds>
@@ -27,10 +42,12 @@ class LeafPairTester final : public LeafPairSink {
   using Blocks = BlockPairs<Bounds>;
 
  public:
+  /// `testers`: those of all threads.
   void begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input, NarrowPhaseShared& shared,
-             std::uint64_t step) {
+             LeafPairTesters<Bounds>& testers, std::uint64_t step) {
     if (step_ == step) return;
     step_ = step;
+    testers_ = &testers;
     trees_ = trees;
     scene_ = &input.scene;
     stop_ = input.stop;
@@ -110,43 +127,32 @@ class LeafPairTester final : public LeafPairSink {
   }
 
   void neighbours(PartId part, NeighbourChunk& chunk) override {
-    tester.begin_leaves(part, part);
-    const Bvh<Bounds>& tree = trees_[number_of(part)];
-    const std::span<const NodeTravel> travel = tree.travel.blocks;
-    const std::span<const NodeTravel> granted_at = tree.travel.blocks_at(gap_at_);
-    const Width width = widths_.of({part, part});
-    const std::uint32_t reserve = travel::reserve(2 * tree.travel.slack, width);
-    due_.resize(chunk.pairs.size());
-    due_.resize(due_neighbours(chunk.pairs, travel, reserve, due_.data()));
-    chunk.may_have_contacts = false;
-    auto due = due_.cbegin();
-    for (const NeighbourChunk::Leaves& leaves : chunk.leaves) {
-      if (due == due_.cend()) break;
-      if (*due >= leaves.end) continue;
-      stop_.check();
-      const GridPair<Bounds> between =
-          relate(tree.leaves.grids[number_of(leaves.a)], tree.leaves.grids[number_of(leaves.b)], width);
-      const EightBounds<Bounds>& wide_b = tree.leaves.wide[number_of(leaves.b)];
-      const BlockId first_b = tree.leaves.blocks_of[number_of(leaves.b)].begin;
-      blocks_.begin_leaves(tree, tree, between, width);
-      for (; due != due_.cend() && *due < leaves.end; ++due) {
-        // What is due lies anywhere: it is asked for some pairs ahead.
-        constexpr std::ptrdiff_t kAhead = 4;
-        if (due_.cend() - due > kAhead) prefetch(tree, chunk.pairs[due[kAhead]]);
-        NeighbourPair& pair = chunk.pairs[*due];
-        const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - first_b);
-        const float gap =
-            blocks_.test(tree, pair.a, tree, pair.b, pair.excluded, pair.a == pair.b ? nullptr : &whole_b);
-        pair.budget = TravelBudget::grant(granted_at[number_of(pair.a)], granted_at[number_of(pair.b)], gap);
-        chunk.may_have_contacts |= !(gap > width.straight);
-      }
+    find_due(part, chunk);
+    if (due_.size() < 2 * kOneTask || !among_many_threads()) {
+      chunk.may_have_contacts = test_due(part, chunk, due_);
+      return;
     }
+    std::atomic<bool> may_have_contacts = false;
+    const std::size_t tasks = due_.size() / kOneTask;
+    fork_within(std::size_t{0}, tasks, [&](std::size_t task) {
+      LeafPairTester& here = testers_->local_tester();
+      const StageClock::In front(here.tester.clock(), Stage::kFront);
+      const std::size_t begin = task * due_.size() / tasks;
+      const std::size_t end = (task + 1) * due_.size() / tasks;
+      if (here.test_due(part, chunk, std::span(due_).subspan(begin, end - begin)))
+        may_have_contacts.store(true, std::memory_order_relaxed);
+    });
+    chunk.may_have_contacts = may_have_contacts;
   }
 
   void neighbours_at_rest(PartId part, NeighbourChunk& chunk) override {
     NeighbourChunk::AtRest& found = chunk.at_rest;
     found.answer.clear();
-    tester.recording(found.answer, [&] { neighbours(part, chunk); });
+    // What is recorded is this thread's alone.
+    tester.recording(found.answer, [&] {
+      find_due(part, chunk);
+      chunk.may_have_contacts = test_due(part, chunk, due_);
+    });
     found.known = true;
   }
 
@@ -167,6 +173,49 @@ class LeafPairTester final : public LeafPairSink {
   PairTester tester;
 
  private:
+  /// Pairs of neighbours that are worth a task of their own: some 2 us, and 10 where they are near.
+  static constexpr std::size_t kOneTask = 16;
+
+  void find_due(PartId part, const NeighbourChunk& chunk) {
+    const TreeTravel& travel = trees_[number_of(part)].travel;
+    const std::uint32_t reserve = travel::reserve(2 * travel.slack, widths_.of({part, part}));
+    due_.resize(chunk.pairs.size());
+    due_.resize(due_neighbours(chunk.pairs, travel.blocks, reserve, due_.data()));
+  }
+
+  // Tests these of a chunk's pairs, in ascending order; returns whether there may be something to tell of
+  // one.
+  bool test_due(PartId part, NeighbourChunk& chunk, std::span<const std::uint32_t> due) {
+    if (due.empty()) return false;
+    tester.begin_leaves(part, part);
+    const Bvh<Bounds>& tree = trees_[number_of(part)];
+    const std::span<const NodeTravel> granted_at = tree.travel.blocks_at(gap_at_);
+    const Width width = widths_.of({part, part});
+    bool may_have_contacts = false;
+    auto leaves = std::ranges::upper_bound(chunk.leaves, due.front(), {}, &NeighbourChunk::Leaves::end);
+    for (std::size_t i = 0; i < due.size(); ++leaves) {
+      if (due[i] >= leaves->end) continue;
+      stop_.check();
+      const GridPair<Bounds> between =
+          relate(tree.leaves.grids[number_of(leaves->a)], tree.leaves.grids[number_of(leaves->b)], width);
+      const EightBounds<Bounds>& wide_b = tree.leaves.wide[number_of(leaves->b)];
+      const BlockId first_b = tree.leaves.blocks_of[number_of(leaves->b)].begin;
+      blocks_.begin_leaves(tree, tree, between, width);
+      for (; i < due.size() && due[i] < leaves->end; ++i) {
+        // What is due lies anywhere: it is asked for some pairs ahead.
+        constexpr std::size_t kAhead = 4;
+        if (due.size() - i > kAhead) prefetch(tree, chunk.pairs[due[i + kAhead]]);
+        NeighbourPair& pair = chunk.pairs[due[i]];
+        const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - first_b);
+        const float gap =
+            blocks_.test(tree, pair.a, tree, pair.b, pair.excluded, pair.a == pair.b ? nullptr : &whole_b);
+        pair.budget = TravelBudget::grant(granted_at[number_of(pair.a)], granted_at[number_of(pair.b)], gap);
+        may_have_contacts |= !(gap > width.straight);
+      }
+    }
+    return may_have_contacts;
+  }
+
   GridPair<Bounds> relate(const LeafGrid<Bounds>& a, const LeafGrid<Bounds>& b, const Width& width) const {
     GridPair<Bounds> between = grid_pair(a, b, width);
     if (tester.until() < 1) between.learn_end(a, b, width);
@@ -195,6 +244,7 @@ class LeafPairTester final : public LeafPairSink {
       __builtin_prefetch(eight.row[row].data());
   }
 
+  LeafPairTesters<Bounds>* testers_ = nullptr;
   std::span<const Bvh<Bounds>> trees_;
   const Scene* scene_ = nullptr;
   StopSignal stop_;

@@ -25,7 +25,7 @@ void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
 }
 
 template <class Bounds>
-struct NarrowPhase<Bounds>::Impl {
+struct NarrowPhase<Bounds>::Impl final : LeafPairTesters<Bounds> {
   tbb::enumerable_thread_specific<LeafPairTester<Bounds>> sinks;
   NarrowPhaseShared shared;
   std::span<const Bvh<Bounds>> trees;
@@ -37,9 +37,9 @@ struct NarrowPhase<Bounds>::Impl {
   std::vector<std::span<const Contact>> found;  // of finish(): all threads', and room for gather_sorted()
   std::vector<std::size_t> buckets;
 
-  LeafPairTester<Bounds>& local_sink() {
+  LeafPairTester<Bounds>& local_tester() override {
     LeafPairTester<Bounds>& sink = sinks.local();
-    sink.begin(trees, *input, shared, step);
+    sink.begin(trees, *input, shared, *this, step);
     return sink;
   }
 };
@@ -58,12 +58,13 @@ void NarrowPhase<Bounds>::begin(std::span<const Bvh<Bounds>> trees, const Narrow
     impl_->shared.earliest.lower(world, input.until[world]);
   impl_->shared.contacts.store(0, std::memory_order_relaxed);
   ++impl_->step;
-  for (LeafPairTester<Bounds>& sink : impl_->sinks) sink.begin(trees, input, impl_->shared, impl_->step);
+  for (LeafPairTester<Bounds>& sink : impl_->sinks)
+    sink.begin(trees, input, impl_->shared, *impl_, impl_->step);
 }
 
 template <class Bounds>
 LeafPairSink& NarrowPhase<Bounds>::local() {
-  return impl_->local_sink();
+  return impl_->local_tester();
 }
 
 template <class Bounds>
@@ -92,13 +93,13 @@ void NarrowPhase<Bounds>::test_met() {
     met.push_back(&sink.tester.met());
     begin.push_back(begin.back() + met.back()->pairs.size());
   }
-  LeafPairTester<Bounds>& here = impl_->local_sink();
+  LeafPairTester<Bounds>& here = impl_->local_tester();
   for (const MetPairs* of_thread : met) {
     const RestAnswer& kept = of_thread->kept;
     here.keep(kept.triangle_pairs, kept.tally, kept.contacts);
   }
   for_pieces(0, begin.back(), kAtOnce, impl_->input->stop, [&](std::size_t first, std::size_t end) {
-    PairTester& tester = impl_->local_sink().tester;
+    PairTester& tester = impl_->local_tester().tester;
     const StageClock::In front(tester.clock(), Stage::kFront);
     auto of = static_cast<std::size_t>(std::ranges::upper_bound(begin, first) - begin.begin()) - 1;
     for (std::size_t i = first; i < end; ++i) {
@@ -119,12 +120,12 @@ void NarrowPhase<Bounds>::flush() {
 
 template <class Bounds>
 PairTester& NarrowPhase<Bounds>::tester() {
-  return impl_->local_sink().tester;
+  return impl_->local_tester().tester;
 }
 
 template <class Bounds>
 StageClock& NarrowPhase<Bounds>::clock() {
-  return impl_->local_sink().tester.clock();
+  return impl_->local_tester().tester.clock();
 }
 
 template <class Bounds>
@@ -143,7 +144,7 @@ void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, boo
   begin.assign(1, 0);
   for (const OrphanBlocks* part : parts) begin.push_back(begin.back() + part->count());
   fork_range(std::size_t{0}, begin.back(), 1, [&](const auto& range) {
-    PairTester& tester = impl_->local_sink().tester;
+    PairTester& tester = impl_->local_tester().tester;
     auto part = static_cast<std::size_t>(std::ranges::upper_bound(begin, range.begin()) - begin.begin()) - 1;
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       impl_->input->stop.check();
@@ -158,7 +159,7 @@ template <class Bounds>
 void NarrowPhase<Bounds>::test_edge_face_orphans(std::span<const EdgeFaceIds> orphans) {
   constexpr std::size_t kAtOnce = 512;
   for_pieces(0, orphans.size(), kAtOnce, impl_->input->stop, [&](std::size_t first, std::size_t end) {
-    PairTester& tester = impl_->local_sink().tester;
+    PairTester& tester = impl_->local_tester().tester;
     for (std::size_t i = first; i < end; ++i) tester.orphan(orphans[i]);
   });
 }

@@ -35,7 +35,7 @@ class OrphanBlocks {
   const RangeMotion* range = nullptr;
 
  private:
-  static constexpr std::size_t kOrphans = 128;
+  static constexpr std::size_t kOrphans = 64;
 
   struct Kept {
     std::uint32_t orphan;  ///< vertex-face pairs first
