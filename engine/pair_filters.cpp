@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "engine/digits.h"
+
 namespace warmfront {
 
 Status PairFilters::check_numbers() const {
@@ -11,7 +13,7 @@ Status PairFilters::check_numbers() const {
     return invalid_argument("filters.within_edges: is " + std::to_string(within_edges) +
                             ", and may be 0 to " + std::to_string(kMostEdges));
   if (!(near_at_rest >= 0) || !std::isfinite(near_at_rest))
-    return invalid_argument("filters.near_at_rest: is " + std::to_string(near_at_rest) +
+    return invalid_argument("filters.near_at_rest: is " + digits_of(near_at_rest) +
                             "; give a finite length, or 0 for none");
   return {};
 }

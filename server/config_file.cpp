@@ -5,9 +5,11 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/digits.h"
 #include "server/process/small_file.h"
 
 namespace warmfront::server {
@@ -16,6 +18,8 @@ namespace {
 std::optional<std::string> scalar_text(const toml::node& node) {
   if (const auto* text = node.as_string()) return text->get();
   if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
+  if (const auto* number = node.as_floating_point(); number != nullptr && std::isfinite(number->get()))
+    return digits_of(number->get());
   if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
   return std::nullopt;
 }
@@ -44,7 +48,7 @@ std::string why_not(const toml::key& key, const toml::node& node) {
     return "[" + name +
            "] is a table, and tables are not supported: write its keys "
            "without it, as in max-sessions = 8; --print-config lists them";
-  return name + ": text, a whole number, true or false, or a list of these is expected";
+  return name + ": text, a number, true or false, or a list of these is expected";
 }
 
 }  // namespace

@@ -8,7 +8,11 @@
 namespace warmfront::client {
 
 bool is_server_address(std::string_view text) {
-  if (text.starts_with("unix:")) return text.size() > 5;
+  constexpr std::string_view kUnix = "unix:";
+  // The system takes no longer one: sockaddr_un.
+  constexpr std::size_t kLongestPath = 107;
+  if (text.starts_with(kUnix))
+    return text.size() > kUnix.size() && text.size() <= kUnix.size() + kLongestPath;
   const std::size_t colon = text.rfind(':');
   if (colon == std::string_view::npos || colon == 0) return false;
   const std::string_view host = text.substr(0, colon);

@@ -9,7 +9,8 @@
 namespace warmfront::client {
 
 inline constexpr const char* kAddressExpected =
-    "HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [1, 65535]";
+    "HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [1, 65535], "
+    "the path of 107 bytes at most";
 
 /// Whether `text` is a valid address: gRPC reads an address without a port as a web server's, and waits for
 /// it.

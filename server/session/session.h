@@ -190,6 +190,8 @@ class Session : public std::enable_shared_from_this<Session> {
   Outcome<Question> ready(AdmittedFrame& frame, FrameQuestion& asked) const;
   /// With the options of the session where it has none; INVALID_ARGUMENT as submit().
   Outcome<Question> within_limits(Question question) const;
+  /// What a message that too many contacts were found ends with, where it is memory that allows no more.
+  std::string why_no_more_contacts(const ColliderOptions& asked) const;
   Outcome<std::shared_ptr<Answer>> collide(const AdmittedFrame& frame, FrameQuestion& asked,
                                            const Question& question);
   void count(const Answer& answer, double waited_seconds);

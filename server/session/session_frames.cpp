@@ -157,6 +157,13 @@ FrameOutcome Session::finish(std::shared_ptr<const Answer> answer, FrameContent 
   return finished;
 }
 
+std::string Session::why_no_more_contacts(const ColliderOptions& asked) const {
+  if (asked.max_contacts <
+      most_contacts(limits_.max_session_bytes, asked.explain, asked.fields, asked.reduced))
+    return {};
+  return "; with these fields the daemon's max-session-bytes has room for no more";
+}
+
 Outcome<std::shared_ptr<Answer>> Session::collide(const AdmittedFrame& frame, FrameQuestion& asked,
                                                   const Question& question) {
   const Scene& scene = collider_.scene();
@@ -179,7 +186,12 @@ Outcome<std::shared_ptr<Answer>> Session::collide(const AdmittedFrame& frame, Fr
     return collider_.ask(asked.contents.view(), question, running.stop(), accept);
   }();
   if (!result && result.error().code == ErrorCode::kCancelled) return given_up(frame_name(frame.number));
-  if (!result) return fault_from(result.error(), frame_name(frame.number) + ": ", limit);
+  if (!result) {
+    Fault fault = fault_from(result.error(), frame_name(frame.number) + ": ", limit);
+    if (result.error().code == ErrorCode::kResourceExhausted && limit == kMaxContacts)
+      fault.message += why_no_more_contacts(merged(collider_.options(), question));
+    return fault;
+  }
   answer->statistics = result.value().statistics;
   answer->keep_distance = question.options.keep_distance;
   if (result.value().all_deformable)

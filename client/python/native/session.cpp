@@ -19,9 +19,9 @@ namespace {
 using client::LocalSession;
 using client::PendingAnswer;
 
-// Who waits longer wants to be able to interrupt: what took so long when it was last asked, or was not asked
-// alike, is computed on another thread, while this one looks for signals. That thread begins with cold caches
-// and memory of its own, which steps of some milliseconds would feel.
+// Who waits longer wants to be able to interrupt: what took so long when it was last asked, or was not
+// among the last few questions, is computed on another thread, while this one looks for signals. That thread
+// begins with cold caches and memory of its own, which steps of some milliseconds would feel.
 constexpr std::chrono::milliseconds kLong{100};
 
 // Names of limits, as a daemon has them.
@@ -98,13 +98,20 @@ std::shared_ptr<Answer> Session::made(client::Answer answer, const std::optional
   return result;
 }
 
+Session::Asked& Session::asked_alike(const Question& question) {
+  const auto known = std::ranges::find(asked_, question, &Asked::question);
+  if (known != asked_.end()) return *known;
+  Asked& other = asked_.at(oldest_asked_);
+  oldest_asked_ = (oldest_asked_ + 1) % asked_.size();
+  return other = {question, Clock::duration::max()};
+}
+
 std::shared_ptr<Answer> Session::wait(LocalSession::Request request, std::optional<double> timeout,
                                       std::size_t frame_bytes) {
   const std::shared_ptr<LocalSession> local = local_;
   const Clock::time_point begin = Clock::now();
   std::optional<Result<client::Answer>> answer;
-  Asked& last = asked_.at(static_cast<std::size_t>(request.question.kind));
-  const bool is_brief = request.commit || (last.question == request.question && last.took <= kLong);
+  const bool is_brief = request.commit || asked_alike(request.question).took <= kLong;
   if (timeout || !is_brief) {
     const Ended ended = run(
         [&](const std::atomic<bool>& stop) {
@@ -133,7 +140,7 @@ std::shared_ptr<Answer> Session::wait(LocalSession::Request request, std::option
     }
     if (raised_by_signal) throw py::error_already_set();
   }
-  if (!request.commit) last = {request.question, Clock::now() - begin};
+  if (!request.commit) asked_alike(request.question).took = Clock::now() - begin;
   return made(value_of(*std::move(answer), kMaxContacts),
               request.commit ? std::nullopt : std::optional(request.question), frame_bytes);
 }

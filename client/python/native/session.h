@@ -80,12 +80,15 @@ class Session {
   const bool float32_;
   std::uint64_t changes_ = 0;
   std::atomic<bool> stopped_{false};               // any thread
-  // By kind: the last question, and how long its answer took: about as long as that of one asked alike.
+  // How long the answers of the last few took, each but once: about as long as that of one asked alike.
   struct Asked {
     Question question;
     Clock::duration took = Clock::duration::max();
   };
-  std::array<Asked, 6> asked_{};
+  Asked& asked_alike(const Question& question);
+
+  std::array<Asked, 8> asked_{};
+  std::size_t oldest_asked_ = 0;
 };
 
 }  // namespace warmfront::python

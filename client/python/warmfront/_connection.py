@@ -107,7 +107,8 @@ _ARGUMENTS = [
 ]
 
 
-_ADDRESS_EXPECTED = "HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [1, 65535]"
+_ADDRESS_EXPECTED = "HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [1, 65535], the path of 107 bytes at most"
+_LONGEST_PATH = 107  # sockaddr_un
 
 
 def check_address(address: str) -> None:
@@ -117,7 +118,7 @@ def check_address(address: str) -> None:
             folder = os.path.dirname(address[len("unix:"):])
             if folder and not os.path.exists(folder):  # no daemon will listen there, and nobody should wait for one
                 raise UnavailableError(f"{address}: there is no folder {folder}; is this the path of the daemon's --listen?")
-            if len(address) > len("unix:"):
+            if 0 < len(os.fsencode(address)) - len("unix:") <= _LONGEST_PATH:
                 return
         else:
             host, _, port = address.rpartition(":")

@@ -72,6 +72,9 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
                                 "detect builtin:bart --in-flight 2",
                                 "replay x.wfrec --server unix:x --threads 2",
                                 "sessions list --server unix:",
+                                "sessions list --server unix:"  // a path of 108 bytes
+                                "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
+                                "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx",
                                 "scene",
                                 "scene nothing --out x",
                                 "scene bart",

@@ -147,6 +147,20 @@ TEST_F(ConfigTest, AMistakeInAFileIsShownWithItsLineAndWhatIsNearest) {
                 HasSubstr(start + ": line 1: [server] is a table, and tables are not supported: write"));
 }
 
+TEST_F(ConfigTest, AFileHasFractionsWithAndWithoutQuotes) {
+  for (const char* text : {"trace-sample = 0.5\n", "trace-sample = \"0.5\"\n", "trace-sample = 5e-1\n"}) {
+    write_file(text);
+    const auto resolved = std::get<ResolvedConfig>(resolve({"--config", file_.c_str()}));
+    EXPECT_EQ(resolved.config.trace.sample, 0.5) << text;
+  }
+  for (const char* text : {"trace-sample = inf\n", "trace-sample = 2020-01-01\n"}) {
+    write_file(text);
+    err_.str("");
+    EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3) << text;
+    EXPECT_THAT(err_.str(), HasSubstr("line 1: trace-sample: text, a number, true or false, or a list"));
+  }
+}
+
 TEST_F(ConfigTest, ADeprecatedNameIsAcceptedWithAWarningButNotBesideTheCurrentOne) {
   for (const char* place : {"flag", "variable", "file"}) {
     environment_.clear();

@@ -99,6 +99,18 @@ def test_limits_say_which_and_the_session_goes_on(anywhere):
         assert not session.step(BEFORE)
 
 
+def test_who_has_no_room_for_more_contacts_is_told_so(start_daemon, cloth):
+    with warmfront.connect(start_daemon("--max-session-bytes", "4MiB").address) as client:
+        for fields, most, why in (((), 10**6, "room for no more"), (("normal",), 10**6, "room for no more"), ((), 50, "$")):
+            options = Options(min_separation=0.5, fields=fields, max_contacts=most)
+            with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=options) as session:
+                room = session.info().options.max_contacts
+                assert room < 20000
+                with pytest.raises(warmfront.ResourceExhaustedError, match=f"more than {room} contacts; raise .*{why}") as error:
+                    session.step(cloth.frames[1])
+                assert error.value.limit == "max-contacts" and ("room" in str(error.value)) == (most > 50)
+
+
 def test_a_socket_in_a_folder_that_is_not_there_is_not_waited_for():
     with pytest.raises(warmfront.UnavailableError, match="there is no folder /nonexistent; is this the path"):
         warmfront.connect("unix:/nonexistent/warmfront.sock")
@@ -112,7 +124,7 @@ def test_nobody_answers():
 
 
 @pytest.mark.parametrize("address", ["http://localhost:50061", "localhost", "localhost:", "localhost:http", ":50051",
-                                     "::1:50051", "127.0.0.1:0", "127.0.0.1:65536", "unix:", ""])
+                                     "::1:50051", "127.0.0.1:0", "127.0.0.1:65536", "unix:", "unix:/tmp/" + 103 * "x", ""])
 def test_what_is_no_address_is_refused_at_once(address):
     """The error comes at once; gRPC would try to resolve the address first."""
     with pytest.raises(ValueError, match=r"HOST:PORT \(an IPv6 host in brackets\) or unix:PATH is expected") as error:

@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import os
+import statistics
 import subprocess
 import sys
+import time
+
+import pytest
+
+import warmfront
 
 BEFORE = f"""
 import signal, sys, threading
@@ -60,3 +66,16 @@ for brief in (lambda: session.trial(above), lambda: session.proximity(0.0, repor
 print("stopped", stopped, "of 3; then", len(session.step(above)))
 """)
     assert done.stdout.startswith("stopped 3 of 3"), done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("turns", [(None,), (None, 0.25), (None, 0.25, 0.5, 0.75)])
+def test_brief_questions_in_turn_are_computed_where_they_are_asked(cloth, turns):
+    """And not on threads of their own, which begin with cold caches."""
+    own = []
+    with warmfront.Collider(cloth.frames[20], cloth.faces, bodies=cloth.bodies, threads=1) as session:
+        for k in range(12):
+            for share in turns:
+                thread, process = time.thread_time(), time.process_time()
+                session.max_step(cloth.frames[21 + k % 2], keep_distance=share)
+                own.append((time.thread_time() - thread) / (time.process_time() - process))
+    assert statistics.median(own[len(turns):]) > 0.7, own
