@@ -221,8 +221,9 @@ Result<v1::SceneChange> SceneState::request_for(const ChangeBody& change) const 
   if (Status known = check_index(index); !known) return known.error();
   if (Status readable = check_name(change.body.name, name_of(index)); !readable) return readable.error();
   const Body& old = scene_.bodies[index];
-  const bool stays =
-      change.body.kind == BodyKind::kRigid || change.body.kind == BodyKind::kRemoved || old.half_space;
+  // Of one that is removed the daemon tells.
+  const bool stays = old.kind == BodyKind::kRemoved || change.body.kind == BodyKind::kRigid ||
+                     change.body.kind == BodyKind::kRemoved || old.half_space;
   if (float32_ && poses_[index] && !stays)
     return Error{ErrorCode::kFailedPrecondition,
                  "body " + std::to_string(index) +

@@ -181,7 +181,7 @@ class ChangeBody:
         vertices are is not known in float32."""
         old = state.body(self.index, "index")
         if state.dtype.itemsize == 4 and state.poses[self.index] is not None \
-                and self.body.kind not in ("rigid", "removed") and old.half_space is None:
+                and self.body.kind not in ("rigid", "removed") and old.kind != "removed" and old.half_space is None:
             raise FailedPreconditionError(f"body {self.index} is at a pose, and its vertices are not known in the session's "
                                           "float32; give its positions in a frame before it becomes another kind")
         change = session_pb2.SceneChange()

@@ -170,6 +170,19 @@ TYPED_TEST(AnySessionState, WhatStaysKeepsItsBitsWhenAllAreGiven) {
   EXPECT_EQ(this->both_[0].positions().value(), this->both_[1].positions().value());
 }
 
+TYPED_TEST(AnySessionState, WhatIsRemovedIsNotChangedThoughItWasAtAPose) {
+  BodyPose at{1, turned_about_x(0.3)};
+  Frame posed;
+  posed.poses = {&at, 1};
+  for (AnySession& session : this->both_) {
+    ASSERT_TRUE(session.step(posed).ok());
+    ASSERT_TRUE(session.change_body(1, {"", 0, 4, BodyKind::kRemoved}).ok());
+    for (const BodyKind kind : {BodyKind::kDeformable, BodyKind::kStatic, BodyKind::kRigid})
+      EXPECT_EQ(session.change_body(1, {"", 0, 4, kind}).error().code, ErrorCode::kInvalidArgument)
+          << session.is_remote();
+  }
+}
+
 TYPED_TEST(AnySessionState, ACommitOfNoFractionIsThatWithoutATrialToo) {
   for (AnySession& session : this->both_) {
     const auto refused = session.commit(std::nan(""));

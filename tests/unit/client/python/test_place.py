@@ -92,3 +92,14 @@ def test_it_comes_again_with_the_session(daemon, client):
     undisturbed, lengths, none = play(lambda: None)
     answers, again, resumes = play(daemon.restart)
     assert answers == undisturbed and lengths == again and lengths[1] > 0 and (none, resumes) == (0, 2)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_what_is_removed_is_not_changed_though_it_was_at_a_pose(anywhere, dtype):
+    V = np.array([[0, -1, 0], [1, 0, 0], [0, 1, 0], [-.5, -.2, 5], [.8, -.2, 5], [.2, .3, 5.5]], dtype)
+    with anywhere.session(V, [[0, 1, 2], [3, 4, 5]], bodies=[Body(3), Body(3, "rigid")]) as session:
+        session.step(poses={1: np.eye(3, 4)})
+        session.change_body(1, Body(3, "removed"))
+        for kind in ("deformable", "static", "rigid"):
+            with pytest.raises(InvalidArgumentError, match="was removed"):
+                session.change_body(1, Body(3, kind))
