@@ -79,7 +79,7 @@ class Session {
   std::shared_ptr<client::LocalSession> local_;
   const bool float32_;
   std::uint64_t changes_ = 0;
-  std::atomic<bool> stopped_{false};               // any thread
+  std::atomic<bool> stopped_{false};  // any thread
   // How long the answers of the last few took, each but once: about as long as that of one asked alike.
   struct Asked {
     Question question;
