@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "engine/digits.h"
 #include "engine/motion/place.h"
 
 namespace warmfront {
@@ -63,7 +62,7 @@ Status check_pose(const Pose& pose, const std::string& where, PoseCheck check) {
       if (!(std::fabs(dot - (a == b ? 1 : 0)) <= kPoseTolerance))
         return invalid_argument(
             where + ": is not rigid: columns " + std::to_string(a) + " and " + std::to_string(b) +
-            " of its 3x3 part have the product " + digits_of(dot) + " where " + (a == b ? "1" : "0") +
+            " of its 3x3 part have the product " + std::to_string(dot) + " where " + (a == b ? "1" : "0") +
             " is expected, give or take 1e-5; give a rotation, made orthonormal again where it is "
             "a product of many, or make the body deformable");
     }
