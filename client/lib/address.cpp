@@ -6,11 +6,14 @@
 #include <system_error>
 
 namespace warmfront::client {
+namespace {
+
+constexpr std::string_view kUnix = "unix:";
+constexpr std::size_t kLongestPath = 107;  // of a Unix socket: sockaddr_un
+
+}  // namespace
 
 bool is_server_address(std::string_view text) {
-  constexpr std::string_view kUnix = "unix:";
-  // The system takes no longer one: sockaddr_un.
-  constexpr std::size_t kLongestPath = 107;
   if (text.starts_with(kUnix))
     return text.size() > kUnix.size() && text.size() <= kUnix.size() + kLongestPath;
   const std::size_t colon = text.rfind(':');
@@ -25,7 +28,6 @@ bool is_server_address(std::string_view text) {
 }
 
 std::optional<std::string> missing_folder(std::string_view address) {
-  constexpr std::string_view kUnix = "unix:";
   if (!address.starts_with(kUnix)) return std::nullopt;
   const std::filesystem::path folder = std::filesystem::path(address.substr(kUnix.size())).parent_path();
   std::error_code ignored;
