@@ -67,6 +67,13 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   return arguments;
 }
 
+/// Where a connection that is not encrypted was taken and closed, as a daemon with TLS does.
+std::string what_to_try(const std::string& why, bool encrypted) {
+  const bool closed = why.ends_with("Socket closed") || why.ends_with("Connection reset by peer");
+  if (encrypted || !closed) return "is it running there?";
+  return "does it want TLS? Then give its CA (security.ca_file, --tls-ca)";
+}
+
 void set_deadline(grpc::ClientContext& context, std::chrono::milliseconds timeout) {
   context.set_deadline(deadline_after(timeout));
 }
@@ -107,6 +114,7 @@ Connection::Connection(const std::string& address, const ClientOptions& options,
     : address_(address),
       options_(options),
       authorization_(credentials.authorization),
+      encrypted_(credentials.encrypted),
       channels_([address, credentials] {
         return grpc::CreateCustomChannel(address, credentials.channel,
                                          channel_arguments(credentials.server_name));
@@ -159,8 +167,9 @@ std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& re
   RemoteError remote = remote_error_from(status);
   if (remote.error.code == ErrorCode::kDeadlineExceeded) remote.error.code = ErrorCode::kUnavailable;
   if (remote.error.code != ErrorCode::kUnavailable) return remote;
-  remote.error.message = address_ + ": no Warmfront daemon answers (" +
-                         why_unreachable(look).value_or(remote.error.message) + "); is it running there?";
+  const std::string why = why_unreachable(look).value_or(remote.error.message);
+  remote.error.message =
+      address_ + ": no Warmfront daemon answers (" + why + "); " + what_to_try(why, encrypted_);
   return remote;
 }
 

@@ -95,6 +95,7 @@ class Connection {
   const std::string address_;
   const ClientOptions options_;
   const std::string authorization_;
+  const bool encrypted_;
 
   // Thread-safe.
   ChannelPool channels_;

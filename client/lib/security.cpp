@@ -47,6 +47,7 @@ Result<Credentials> read_credentials(const std::string& address, const ClientSec
   const bool tls = security.tls || !ca.value().empty() || !certificate.value().empty();
   Credentials credentials;
   credentials.server_name = security.server_name;
+  credentials.encrypted = tls;
   credentials.channel = tls ? grpc::SslCredentials({ca.value(), key.value(), certificate.value()})
                             : grpc::InsecureChannelCredentials();
   if (security.token_file.empty()) return credentials;

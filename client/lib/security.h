@@ -16,6 +16,7 @@ struct Credentials {
   std::shared_ptr<grpc::ChannelCredentials> channel;
   std::string server_name;    ///< expected instead of the address's host; may be empty
   std::string authorization;  ///< the metadata's value; may be empty
+  bool encrypted = false;
 };
 
 /// kInvalidArgument for files that cannot be read, a certificate without its key or the reverse, and a token

@@ -168,6 +168,13 @@ def error_from_call(call: Any) -> WarmfrontError:
     return class_of(code)(call.details() or "")
 
 
+def _what_to_try(why: str, encrypted: bool) -> str:
+    """Where a connection that is not encrypted was taken and closed, as a daemon with TLS does."""
+    if encrypted or not why.endswith(("Socket closed", "Connection reset by peer")):
+        return "is it running there?"
+    return "does it want TLS? Then give its CA (Security.ca_file)"
+
+
 class Connection:
     """To `HOST:PORT` or `unix:PATH`."""
 
@@ -182,6 +189,7 @@ class Connection:
         self._private = private
         self._shares_memory = shares_memory
         encrypted = bool(security.tls or security.ca_file or security.cert_file)
+        self._encrypted = encrypted
         authorization = _authorization(address, security, encrypted)
         self._metadata = [("authorization", authorization)] if authorization else []
         self._traceparent = traceparent
@@ -247,7 +255,8 @@ class Connection:
                 error = failed
             except DeadlineExceededError:
                 pass
-        raise UnavailableError(f"{self.address}: no Warmfront daemon answers ({error.message}); is it running there?", reason=error.reason)
+        raise UnavailableError(f"{self.address}: no Warmfront daemon answers ({error.message}); "
+                               f"{_what_to_try(error.message, self._encrypted)}", reason=error.reason)
 
     def _ask_info(self, session_id: str, timeout: float, wait_for_ready: bool) -> Any:
         info = self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id, timeout,

@@ -32,3 +32,10 @@ def test_encrypted_and_known_to_each_other(start_daemon, certificate):
                     Security(ca_file=cert, cert_file=cert, key_file=key)):
         with pytest.raises(warmfront.UnavailableError):
             warmfront.connect(address, security=unknown, timeouts=Timeouts(call=1))
+
+
+def test_who_does_not_encrypt_is_told_what_to_try(start_daemon, certificate):
+    cert, key = certificate
+    address = start_daemon("--tls-cert", cert, "--tls-key", key).tcp()
+    with pytest.raises(warmfront.UnavailableError, match=r"does it want TLS\? Then give its CA \(Security\.ca_file\)"):
+        warmfront.connect(address, timeouts=Timeouts(call=1))
