@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
+#include <span>
 #include <utility>
 
 #include "engine/parallel/join_pieces.h"
@@ -285,13 +287,23 @@ void Bvh<Bounds>::shift(const NumberShift& by) noexcept {
   for (std::uint32_t& vertex : travel.block_vertices.items) vertex += by.vertex;
 }
 
+// Piece by piece, so that the sum is the same for any number of threads.
 template <class Bounds>
-double looseness(const Bvh<Bounds>& bvh) {
+double looseness(const Bvh<Bounds>& bvh, bool alone) {
+  constexpr std::size_t kPieces = 32, kFew = 1024;
   if (bvh.nodes.empty()) return 0;
-  double sum = 0;
-  for (NodeId node = kRoot; node < bvh.shape.first_leaf(); ++node) sum += bvh.nodes[number_of(node)].extent();
+  const std::size_t inner = number_of(bvh.shape.first_leaf());
+  std::array<double, kPieces> sums{};
+  const auto add = [&](std::size_t piece) {
+    const std::span<const Bounds> nodes = std::span(bvh.nodes).first((piece + 1) * inner / kPieces);
+    for (const Bounds& node : nodes.subspan(piece * inner / kPieces)) sums[piece] += node.extent();
+  };
+  if (alone || inner < kFew)
+    for (std::size_t piece = 0; piece < kPieces; ++piece) add(piece);
+  else
+    fork_each(std::size_t{0}, kPieces, add);
   const double root = bvh.nodes.front().extent();
-  return root > 0 ? sum / root : 0;
+  return root > 0 ? std::accumulate(sums.begin(), sums.end(), 0.0) / root : 0;
 }
 
 template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::span<const Primitive>,
@@ -306,7 +318,7 @@ template void Bvh<KDop18>::change(const Scene&, const TreeShape&, std::span<cons
                                   StopSignal);
 template void Bvh<Aabb>::shift(const NumberShift&) noexcept;
 template void Bvh<KDop18>::shift(const NumberShift&) noexcept;
-template double looseness(const Bvh<Aabb>&);
-template double looseness(const Bvh<KDop18>&);
+template double looseness(const Bvh<Aabb>&, bool);
+template double looseness(const Bvh<KDop18>&, bool);
 
 }  // namespace warmfront

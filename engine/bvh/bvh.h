@@ -86,7 +86,7 @@ struct Bvh {
 
   std::size_t memory_bytes() const {
     return held_bytes(order, nodes, face_leaves.leaf, segment_leaves.leaf, patches, motion.states,
-                      motion.renewed) +
+                      motion.renewed, motion.arrived) +
            leaves.memory_bytes() + travel.memory_bytes();
   }
 
@@ -111,8 +111,9 @@ struct Bvh {
 };
 
 /// How loose the hierarchy is: the sum of all nodes' extents over the root's. It grows as primitives that
-/// were neighbours at the build move apart; a rebuild pays when it has doubled.
+/// were neighbours at the build move apart; a rebuild pays when it has doubled. In parallel, unless `alone`,
+/// with the same result: outside of Workers::run() only so.
 template <class Bounds>
-double looseness(const Bvh<Bounds>& bvh);
+double looseness(const Bvh<Bounds>& bvh, bool alone = false);
 
 }  // namespace warmfront

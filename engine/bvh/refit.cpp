@@ -2,6 +2,7 @@
 #include "engine/bvh/refit.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "engine/bvh/refit_lanes.h"
 #include "engine/bvh/travel_lanes.h"
@@ -114,6 +115,7 @@ NodeStates Refit<Bounds>::begin() {
   bvh_.travel.slack = std::max(bvh_.travel.slack, travel::slack(input_.magnitude));
   bvh_.motion.changed = {};
   bvh_.motion.all_moving = false;
+  bvh_.motion.arrived.assign(bvh_.shape.subtree_count() - 1, 0);
   if (bvh_.order.empty()) return NodeStates::kUnchanged;
   const RangeMotion& range = input_.range;
   const bool all = input_.known == Known::kNothing || !bvh_.motion.renewed.empty();
@@ -138,22 +140,35 @@ bool Refit<Bounds>::refit_subtree(std::uint32_t subtree) const {
   input_.stop.check();
   const TreeShape& shape = bvh_.shape;
   const NodeId root = shape.subtree_root(subtree);
-  if (states_ == NodeStates::kMarked && (bvh_.motion.states[number_of(root)] & kChanged) == 0) return false;
+  if (states_ == NodeStates::kMarked && (bvh_.motion.states[number_of(root)] & kChanged) == 0) {
+    climb(root);
+    return false;
+  }
   const int top = shape.subtree_level();
   for (int level = shape.levels() - 1; level >= top; --level) {
     const std::uint32_t width = 1U << (level - top);
     const NodeId first = std::min(TreeShape::first_of_level(level) + subtree * width, shape.end_node());
     refit_range(input_, states_, bvh_, first, std::min(first + width, shape.end_node()));
   }
+  climb(root);
   return bvh_.subtree_changed(subtree);
+}
+
+// Of two children the one that ends last sees to their parent: nobody waits. Source: Karras 2012, "Maximizing
+// Parallelism in the Construction of BVHs, Octrees, and k-d Trees", section 4.
+template <class Bounds>
+void Refit<Bounds>::climb(NodeId node) const {
+  while (node != kRoot) {
+    node = TreeShape::parent(node);
+    const std::atomic_ref<std::uint8_t> arrived(bvh_.motion.arrived[number_of(node)]);
+    if (arrived.fetch_add(1, std::memory_order_acq_rel) == 0) return;
+    refit_range(input_, states_, bvh_, node, node + 1);
+  }
 }
 
 template <class Bounds>
 std::size_t Refit<Bounds>::finish() const {
   if (states_ == NodeStates::kUnchanged) return 0;
-  for (int level = bvh_.shape.subtree_level(); level-- > 0;)
-    refit_range(input_, states_, bvh_, TreeShape::first_of_level(level),
-                TreeShape::first_of_level(level + 1));
   // What is above or below these has part in them: a whole level, or all leaves of a hierarchy that has less.
   constexpr int kMarked = 8;
   const NodeId mark_begin = std::min(bvh_.shape.first_leaf(), TreeShape::first_of_level(kMarked));

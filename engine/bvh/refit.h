@@ -45,14 +45,17 @@ class Refit {
 
   /// The subtrees to refit: all of the hierarchy's (TreeShape::subtree_of()), or none when nothing changed.
   std::uint32_t subtree_count() const;
-  /// Recomputes a subtree: bounds, travel and states. Returns whether any node in it changed. Thread-safe for
-  /// different subtrees. Throws Stopped when told to stop.
+  /// Recomputes a subtree: bounds, travel and states; and the nodes above it of which all else below has been
+  /// recomputed. Returns whether any node in it changed. Thread-safe for different subtrees. Throws Stopped
+  /// when told to stop.
   bool refit_subtree(std::uint32_t subtree) const;
-  /// Recomputes the nodes above the subtrees, `changed` and `all_moving`. Returns how many nodes changed.
+  /// After all subtrees, once each: recomputes `changed` and `all_moving`. Returns how many nodes changed.
   std::size_t finish() const;
 
  private:
   NodeStates begin();
+  // A subtree's root has been recomputed.
+  void climb(NodeId root) const;
 
   RefitInput input_;
   Bvh<Bounds>& bvh_;

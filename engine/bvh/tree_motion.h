@@ -16,6 +16,8 @@ struct TreeMotion {
   bool all_moving = false;          ///< every node's state is kMoving and kChanged
   /// By NodeId: does it hold a block that has changed since the last refit? Empty where none has.
   std::vector<std::uint8_t> renewed;
+  /// By NodeId, of the nodes above the subtrees: how many of its children have been refit. Of a refit only.
+  std::vector<std::uint8_t> arrived;
 };
 
 }  // namespace warmfront

@@ -91,6 +91,8 @@ class ChunkUpdate {
   /// pairs changed and are in the scratch now; else they are where they were, with new budgets. The kept
   /// contacts are in the scratch either way.
   bool run(FrontChunk& chunk) {
+    const std::uint64_t tests = counts_.bv_tests;
+    const std::uint64_t found = sink_.triangle_pairs();
     KeptReader kept(chunk.kept);
     pairs_ = &chunk.pairs;
     for (std::size_t i = 0; i < chunk.pairs.size(); ++i) {
@@ -113,10 +115,17 @@ class ChunkUpdate {
       }
     }
     test_pending();
+    cost_ = kOfPair * chunk.pairs.size() + (counts_.bv_tests - tests) + kOfLeaves * leaf_pairs_ +
+            kOfTrianglePair * (sink_.triangle_pairs() - found);
     return changed();
   }
+  /// What that took, in tests of two nodes, about.
+  std::uint64_t cost() const { return cost_; }
 
  private:
+  /// What each takes: by a fit to what chunks of cloth-ball take in the next step.
+  static constexpr std::uint64_t kOfPair = 2, kOfLeaves = 4, kOfTrianglePair = 14;
+
   void test(FrontChunk& chunk, std::size_t i) {
     FrontPair& pair = chunk.pairs[i];
     const float gap = pair.adjacent ? -1 : trees_.gap(pair.nodes, counts_.bv_tests);
@@ -164,6 +173,7 @@ class ChunkUpdate {
   void test_leaves(const NodePair& leaves, std::uint64_t neighbours, std::uint32_t at) {
     const bool at_rest = answers_ != Answers::kForget && (trees_.state(leaves) & kMoving) == 0;
     if (!at_rest) {
+      ++leaf_pairs_;
       scratch_.pending.add({leaves, at, neighbours});
       if (scratch_.pending.full()) test_pending();
       return;
@@ -269,6 +279,8 @@ class ChunkUpdate {
   NodePair last_parent_{NodeId{0xffffffff}, NodeId{0xffffffff}};  // none
   float last_gap_ = -1;
   float folded_gap_ = -1;
+  std::uint64_t leaf_pairs_ = 0;  // tested
+  std::uint64_t cost_ = 0;
 };
 
 }  // namespace warmfront

@@ -10,6 +10,7 @@
 #include "engine/front/actions.h"
 #include "engine/front/front_impl.h"
 #include "engine/parallel/fork_join.h"
+#include "engine/scene/held_bytes.h"
 
 namespace warmfront {
 namespace {
@@ -56,11 +57,12 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
 template <class Bounds>
 void Front<Bounds>::update(const Work& work, const TreePair<Bounds>& trees, LeafPairSinks& sinks,
                            const FrontUpdate& how) {
-  const FrontSegment& segment = segments_[work.segment];
-  FrontChunk& chunk = segments_[work.segment].chunks[work.chunk];
+  FrontSegment& segment = segments_[work.segment];
+  FrontChunk& chunk = segment.chunks[work.chunk];
   ChunkScratch& scratch = impl_->scratch.local();
   if (work.kind == Work::kUpdate && action_of(chunk, trees, how.prune, work.answers) == ChunkAction::kReuse) {
     reuse(chunk, sinks.local(), how.stop);
+    if (!segment.costs.empty()) segment.costs[work.chunk] = 0;
     scratch.counts.rested += chunk.pairs.size();
     room_.take_pairs(chunk.pairs.size());
     return;
@@ -71,7 +73,9 @@ void Front<Bounds>::update(const Work& work, const TreePair<Bounds>& trees, Leaf
     update.build(work.task.pair, work.task.gap);
     return store(chunk);
   }
-  if (update.run(chunk)) return store(chunk);
+  const bool changed = update.run(chunk);
+  if (!segment.costs.empty()) segment.costs[work.chunk] = static_cast<std::uint32_t>(update.cost());
+  if (changed) return store(chunk);
   if (!scratch.kept.empty() || !chunk.kept.empty()) chunk.kept = scratch.kept;
   room_.take_pairs(chunk.pairs.size());
 }
@@ -143,11 +147,13 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   match(near, how.stop);
   room_.begin();
   plan(trees, near, how);
+  const std::vector<Work>& first = impl_->first;
   const std::vector<Work>& works = impl_->works;
   room_.allow(how.record ? how.max_bytes - neighbours_.list_bytes() : 0);
-  fork_range(std::size_t{0}, works.size(), 1, [&](const auto& range) {
+  fork_range(std::size_t{0}, first.size() + works.size(), 1, [&](const auto& range) {
     const StageClock::In front(sinks.clock(), Stage::kFront);
-    for (std::size_t i = range.begin(); i < range.end(); ++i) run(works[i], trees, sinks, how);
+    for (std::size_t i = range.begin(); i < range.end(); ++i)
+      run(i < first.size() ? first[i] : works[i - first.size()], trees, sinks, how);
   });
   for (const ChunkScratch& scratch : impl_->scratch) counts_.add(scratch.counts);
   size_ = room_.pairs();
@@ -155,14 +161,13 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   if (!how.record || overflowed_) return clear();
   if (room_.answers_lost()) drop_answers();
   PacedStop paced(how.stop);
+  counts_.bytes = segments_.capacity() * sizeof(FrontSegment) + neighbours_.pair_bytes();
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     paced.check();
     FrontSegment& segment = segments_[s];
     const bool built = segment.size == 0;
-    if (!built && action_of(segment, near[s].rests, how.answers) == SegmentAction::kReuse) continue;
-    segment.size = 0;
-    for (const FrontChunk& chunk : segment.chunks) segment.size += chunk.pairs.size();
-    rebalance(segment, how.stop);
+    const bool reused = !built && action_of(segment, near[s].rests, how.answers) == SegmentAction::kReuse;
+    counts_.bytes += (reused ? sums_of(segment.chunks, how.stop) : rebalance(segment, how.stop)).bytes;
   }
 }
 
@@ -180,7 +185,7 @@ template <class Bounds>
 void Front<Bounds>::clear() {
   std::vector<FrontSegment>().swap(segments_);  // with its capacity: of many near parts it is large
   neighbours_.clear();
-  size_ = 0;
+  size_ = counts_.bytes = 0;
   keeps_answers_ = true;
 }
 
@@ -233,12 +238,12 @@ std::size_t Front<Bounds>::pair_bytes() const {
 template <class Bounds>
 std::size_t Front<Bounds>::memory_bytes() const {
   std::size_t bytes = pair_bytes();
-  bytes += sizeof(Impl) + impl_->works.capacity() * sizeof(Work) + neighbours_.memory_bytes() -
-           neighbours_.pair_bytes();
+  bytes += sizeof(Impl) + (impl_->works.capacity() + impl_->first.capacity()) * sizeof(Work) +
+           neighbours_.memory_bytes() - neighbours_.pair_bytes();
   // What is room only depends on how it came about. The allocator rounds up, by up to 15 bytes.
   constexpr std::size_t kOfSegment = 16, kOfChunk = 32;
   for (const FrontSegment& segment : segments_)
-    bytes += kOfSegment + segment.chunks.size() * kOfChunk +
+    bytes += kOfSegment + segment.chunks.size() * kOfChunk + held_bytes(segment.costs) +
              (segment.chunks.capacity() - segment.chunks.size()) * sizeof(FrontChunk);
   for (const ChunkScratch& scratch : impl_->scratch)
     bytes += scratch.pairs.capacity() * sizeof(FrontPair) + scratch.kept.memory_bytes() +

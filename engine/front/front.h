@@ -45,6 +45,7 @@ struct FrontCounts {
   std::uint64_t rested = 0;   ///< pairs not looked at, because neither node changed
   std::uint64_t sprouted = 0;
   std::uint64_t pruned = 0;
+  std::size_t bytes = 0;  ///< pair_bytes() after it
 
   void add(const FrontCounts& more) {
     bv_tests += more.bv_tests;

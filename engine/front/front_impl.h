@@ -29,6 +29,8 @@ template <class Bounds>
 struct Front<Bounds>::Impl {
   tbb::enumerable_thread_specific<ChunkScratch> scratch;
   std::vector<Work> works;  // of the step
+  std::vector<Work> first;  // those that begin before them
+  std::uint64_t heavy = 0;  // what a chunk costs that does
 };
 
 }  // namespace warmfront

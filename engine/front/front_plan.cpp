@@ -7,6 +7,7 @@
 
 #include "engine/front/actions.h"
 #include "engine/front/front_impl.h"
+#include "engine/parallel/fork_within.h"
 
 namespace warmfront {
 
@@ -35,6 +36,10 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
   // A task is worth its own only above a share of the whole, and above some work.
   constexpr double kShare = 1.0 / 1024;
   constexpr double kLeastCost = 16;
+  // What takes many times as long as others begins first: else all would wait for it at the end. Not among
+  // few threads, which seldom wait, and find more in their caches in the pairs' order.
+  constexpr std::uint64_t kHeavy = 2;
+  constexpr std::size_t kManyChunks = 16;
   const auto pair_of = [&](const FrontSegment& s) {
     return TreePair<Bounds>(trees[number_of(s.parts.a)], trees[number_of(s.parts.b)], how.gap_at,
                             how.widths.of(s.parts));
@@ -46,7 +51,10 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
     if (segment.chunks.empty()) cost += build_cost(pair_of(segment), Bvtt::root());
   }
   std::vector<Work>& work = impl_->works;
+  std::vector<Work>& first = among_many_threads() ? impl_->first : impl_->works;
   work.clear();
+  impl_->first.clear();
+  std::uint64_t cost_of_chunks = 0, chunks = 0;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     paced.check();
     FrontSegment& segment = segments_[s];
@@ -72,8 +80,13 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
         listed =
             segment.with_itself() && list_neighbours(segment.parts.a, trees[number_of(segment.parts.a)], how);
         const Answers answers = listed ? answers_after_listing(how.answers) : how.answers;
-        for (std::size_t c = 0; c < segment.chunks.size(); ++c)
-          work.push_back({Work::kUpdate, s, c, answers});
+        if (segment.chunks.size() >= kManyChunks) segment.costs.resize(segment.chunks.size());
+        for (std::size_t c = 0; c < segment.chunks.size(); ++c) {
+          const std::uint32_t last = segment.costs.empty() ? 0 : segment.costs[c];
+          cost_of_chunks += last;
+          (last > impl_->heavy ? first : work).push_back({Work::kUpdate, s, c, answers});
+        }
+        chunks += segment.chunks.size();
         break;
       }
     }
@@ -85,9 +98,10 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
     for (std::size_t c = 0; c < neighbours.size(); ++c) {
       if (c < subtrees && tree.subtree_changed(static_cast<std::uint32_t>(c))) continue;
       if (action != SegmentAction::kReuse || neighbours[c].may_have_contacts)
-        work.push_back({Work::kNeighbours, s, c, how.answers});
+        first.push_back({Work::kNeighbours, s, c, how.answers});
     }
   }
+  impl_->heavy = kHeavy * cost_of_chunks / std::max<std::uint64_t>(chunks, 1);
 }
 
 // Lists a part's neighbours at its segment's first update, since many a front is never updated. Not where

@@ -273,18 +273,17 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
   if (tree.travel.blocks.empty() || tree.leaves.shared == nullptr) return {};
   const SubtreeLists<Bounds> lists(tree);
   std::vector<ListOfLeaves> found(tree.shape.subtree_count());
+  std::vector<NeighbourChunk> chunks(found.size());
+  std::vector<LeafRun> across(tree.shape.leaf_count());  // by leaf: each has one at most
   for_each_index(
       0, found.size(), stop,
-      [&](std::size_t s) { lists.list(static_cast<std::uint32_t>(s), found[s], stop); }, 1);
-  std::vector<NeighbourChunk> chunks;
-  std::vector<LeafRun> across;
-  chunks.reserve(found.size());
-  for (ListOfLeaves& own : found) {
-    chunks.push_back(std::move(own.within));
-    for_runs(own.across, [&](const LeafRun& run) { across.push_back(run); });
-  }
-  // Each leaf has one.
-  sort_in_parallel(across, stop, [](const LeafRun& a, const LeafRun& b) { return a.leaf() < b.leaf(); });
+      [&](std::size_t s) {
+        lists.list(static_cast<std::uint32_t>(s), found[s], stop);
+        chunks[s] = std::move(found[s].within);
+        for_runs(found[s].across, [&](const LeafRun& run) { across[number_of(run.leaf())] = run; });
+      },
+      1);
+  std::erase_if(across, [](const LeafRun& run) { return run.leaves.empty(); });
   put_across(chunks, tree.shape, across, stop);
   return chunks;
 }

@@ -3,7 +3,9 @@
 // at a time.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/broad_phase/part_pair.h"
@@ -80,18 +82,32 @@ struct FrontSegment {
   PartPair parts;
   std::vector<FrontChunk> chunks;
   std::size_t size = 0;  ///< pairs
+  /// By chunk, of its last update, in tests of two nodes, about; 0 where it is not known. Empty of few
+  /// chunks.
+  std::vector<std::uint32_t> costs;
 
   bool with_itself() const { return parts.a == parts.b; }
   /// As before the first build.
   void clear() {
     chunks.clear();
+    costs.clear();
     size = 0;
   }
 };
 
+/// What a segment's chunks come to.
+struct ChunkSums {
+  std::size_t pairs = 0;
+  std::size_t bytes = 0;   ///< memory_bytes()
+  bool too_large = false;  ///< is one much larger than the others?
+};
+/// Parallel. Throws Stopped when told to stop.
+ChunkSums sums_of(std::span<const FrontChunk> chunks, StopSignal stop);
+
 /// Divides the segment's pairs into chunks again where one is much larger than the others, or many are much
-/// smaller: they are the unit of work. Chunks that are left as they are only change hands. Parallel. Throws
-/// Stopped when told to stop; the segment is good for clear() only then.
-void rebalance(FrontSegment& segment, StopSignal stop);
+/// smaller: they are the unit of work. Chunks that are left as they are only change hands. Takes its size,
+/// and returns what its chunks come to then. Parallel. Throws Stopped when told to stop; the segment is good
+/// for clear() only then.
+ChunkSums rebalance(FrontSegment& segment, StopSignal stop);
 
 }  // namespace warmfront

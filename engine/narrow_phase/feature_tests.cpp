@@ -104,23 +104,23 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
   look_after_exact(counts.exact_tests);
 }
 
-void PairTester::test_features() {
-  if (block_.size == 0) return;
-  const EmptiedBlock emptied(block_);
+void PairTester::test_features(FeatureBlock& block) {
+  if (block.size == 0) return;
+  const EmptiedBlock emptied(block);
   input_->stop.check();
   const StageClock::In elementary(clock_, Stage::kElementary);
   if (input_->filter.rest_distance() > 0 && input_->options.pair_test != PairTest::kIntersection)
-    output_.counts.feature_pairs_filtered += drop_near_at_rest(input_->filter, block_);
-  output_.counts.elementary_tests += block_.size;
-  std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
+    output_.counts.feature_pairs_filtered += drop_near_at_rest(input_->filter, block);
+  output_.counts.elementary_tests += block.size;
+  std::span<const FeaturePair> pairs(block.pairs.data(), block.size);
   if (input_->arcs.any() && input_->options.pair_test == PairTest::kMotion) {
     const auto along_lines =
-        std::partition(block_.pairs.begin(), block_.pairs.begin() + static_cast<std::ptrdiff_t>(block_.size),
+        std::partition(block.pairs.begin(), block.pairs.begin() + static_cast<std::ptrdiff_t>(block.size),
                        [this](const FeaturePair& pair) {
                          return input_->arcs.around(pair.vertices.front()) == nullptr &&
                                 input_->arcs.around(pair.vertices.back()) == nullptr;
                        });
-    const auto lines = static_cast<std::size_t>(along_lines - block_.pairs.begin());
+    const auto lines = static_cast<std::size_t>(along_lines - block.pairs.begin());
     test_turning(pairs.subspan(lines));
     pairs = pairs.first(lines);
   }
@@ -136,6 +136,13 @@ void PairTester::test_features() {
   } else {
     run_cascade(pairs);
   }
+}
+
+void PairTester::test_features(std::span<const FeaturePair> pairs) {
+  FeatureBlock block;
+  std::ranges::copy(pairs, block.pairs.begin());
+  block.size = pairs.size();
+  test_features(block);
 }
 
 void PairTester::look_after_exact(std::uint64_t exact_tests) const {

@@ -2,7 +2,6 @@
 #include "engine/narrow_phase/narrow_phase.h"
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <utility>
@@ -11,10 +10,20 @@
 #include "engine/narrow_phase/leaf_pair_tester.h"
 #include "engine/narrow_phase/pair_tester.h"
 #include "engine/narrow_phase/world_of.h"
+#include "engine/parallel/fork_within.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/held_bytes.h"
 
 namespace warmfront {
+namespace {
+
+/// What a thread's tester has still to test.
+struct Pending {
+  PairTester* of;
+  std::span<const FeaturePair> pairs;
+};
+
+}  // namespace
 
 void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
   found.add(more.found);
@@ -33,6 +42,8 @@ struct NarrowPhase<Bounds>::Impl final : LeafPairTesters<Bounds> {
   std::uint64_t step = 0;
   std::vector<const MetPairs*> met;  // of test_met(): by thread, and where its pairs begin among all
   std::vector<std::size_t> met_begin;
+  std::vector<Pending> pending;  // of flush(): by thread, and in pieces
+  std::vector<std::span<const FeaturePair>> pieces;
   std::vector<std::size_t> orphans_begin;       // of test_orphans(): where each part's blocks begin
   std::vector<std::span<const Contact>> found;  // of finish(): all threads', and room for gather_sorted()
   std::vector<std::size_t> buckets;
@@ -111,11 +122,30 @@ void NarrowPhase<Bounds>::test_met() {
   flush();
 }
 
+// Of few threads each tests its own. Of many one may have most, while the others wait.
 template <class Bounds>
 void NarrowPhase<Bounds>::flush() {
-  tbb::parallel_for(impl_->sinks.range(1), [](const auto& range) {
-    for (LeafPairTester<Bounds>& sink : range) sink.tester.flush();
+  std::vector<Pending>& pending = impl_->pending;
+  pending.clear();
+  for (LeafPairTester<Bounds>& sink : impl_->sinks) pending.push_back({&sink.tester, {}});
+  const bool shared = among_many_threads();
+  fork_each(std::size_t{0}, pending.size(), [&](std::size_t i) {
+    if (shared)
+      pending[i].pairs = pending[i].of->pending();
+    else
+      pending[i].of->flush();
   });
+  if (!shared) return;
+  constexpr std::size_t kAtOnce = 64;
+  std::vector<std::span<const FeaturePair>>& pieces = impl_->pieces;
+  pieces.clear();
+  for (const Pending& of_thread : pending) {
+    for (auto left = of_thread.pairs; !left.empty(); left = left.subspan(pieces.back().size()))
+      pieces.push_back(left.first(std::min(kAtOnce, left.size())));
+  }
+  fork_each(std::size_t{0}, pieces.size(),
+            [&](std::size_t i) { impl_->local_tester().tester.test_features(pieces[i]); });
+  for (const Pending& of_thread : pending) of_thread.of->drop_pending();
 }
 
 template <class Bounds>
@@ -220,9 +250,9 @@ void NarrowPhase<Bounds>::release() noexcept {
 
 template <class Bounds>
 std::size_t NarrowPhase<Bounds>::memory_bytes() const {
-  std::size_t bytes =
-      sizeof(Impl) + impl_->shared.earliest.memory_bytes() +
-      held_bytes(impl_->met, impl_->met_begin, impl_->orphans_begin, impl_->found, impl_->buckets);
+  std::size_t bytes = sizeof(Impl) + impl_->shared.earliest.memory_bytes() +
+                      held_bytes(impl_->met, impl_->met_begin, impl_->pending, impl_->pieces,
+                                 impl_->orphans_begin, impl_->found, impl_->buckets);
   for (const LeafPairTester<Bounds>& sink : impl_->sinks) bytes += sink.memory_bytes();
   return bytes;
 }

@@ -339,12 +339,12 @@ void PairTester::push_unless_at_rest(const FeaturePair& pair) {
     return;
   }
   block_.push(pair);
-  if (block_.full()) test_features();
+  if (block_.full()) test_features(block_);
 }
 
 void PairTester::flush() {
   filter_elements();
-  test_features();
+  test_features(block_);
 }
 
 }  // namespace warmfront

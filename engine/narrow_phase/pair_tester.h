@@ -68,6 +68,14 @@ class PairTester {
 
   /// Tests all pairs taken so far.
   void flush();
+  /// The same in pieces, by other threads' testers: what flush() would test, until drop_pending().
+  std::span<const FeaturePair> pending() {
+    filter_elements();
+    return {block_.pairs.data(), block_.size};
+  }
+  /// Pairs that another tester has taken, FeatureBlock::kCapacity at most.
+  void test_features(std::span<const FeaturePair> pairs);
+  void drop_pending() noexcept { block_.size = 0; }
 
   /// Runs `test`, and also appends the contacts found to `found`, up to max_contacts. Not nested.
   template <class Test>
@@ -151,7 +159,7 @@ class PairTester {
   void edge_face_pairs(Primitive p, Primitive q);
   void edge_against_face(EdgeId edge, std::uint32_t face);
   // Tests the block's pairs and empties it.
-  void test_features();
+  void test_features(FeatureBlock& block);
   /// A pair that only long integers decide takes up to milliseconds: the stop flag is looked at after each.
   void look_after_exact(std::uint64_t exact_tests) const;
   void run_cascade(std::span<const FeaturePair> pairs);

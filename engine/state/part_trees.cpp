@@ -83,7 +83,7 @@ HeldOrder PartTrees<Bounds>::hierarchy_of(const Core& core, PartId part) const {
   }
   const Bvh<Bounds>& tree = trees_[number_of(part)];
   const bool known = refit_in_[number_of(part)] != kNever && tree.built_looseness > 0;
-  if (known && looseness(tree) > kLoosenessLimit * tree.built_looseness) return {};
+  if (known && looseness(tree, true) > kLoosenessLimit * tree.built_looseness) return {};
   return {tree.shape, tree.order, tree.leaves.shared};
 }
 

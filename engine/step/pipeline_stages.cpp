@@ -119,6 +119,7 @@ NarrowPhaseOutput PipelineWith<Bounds>::run_shorter(Core& core, StopSignal stop,
   // Roots are those of the longest trial, and half-spaces may move beside its way.
   const NarrowPhaseOutput output = answer(core, {}, stop, timer);
   add(counts, output.counts);
+  counts.front_bytes = front_.front().pair_bytes();
   count_parts(core, counts);
   return output;
 }
@@ -258,6 +259,7 @@ void PipelineWith<Bounds>::count_front(StepCounts& counts) const {
   counts.front_rested = front.rested;
   counts.front_sprouted = front.sprouted;
   counts.front_pruned = front.pruned;
+  counts.front_bytes = front.bytes;
   counts.nodes_refit = trees_.refit_nodes();
 }
 
@@ -265,7 +267,6 @@ template <class Bounds>
 void PipelineWith<Bounds>::count_parts(const Core& core, StepCounts& counts) const {
   counts.adjacent_pairs = core.topology->adjacent_pairs;
   counts.front_pairs = front_.front().size();
-  counts.front_bytes = front_.front().pair_bytes();
   counts.vertices_moved = core.motion.moved_vertices();
   counts.parts_moved = static_cast<std::uint64_t>(
       std::ranges::count_if(trees_.states(), [](MotionState state) { return (state & kMoving) != 0; }));

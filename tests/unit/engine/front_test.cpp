@@ -149,6 +149,7 @@ TYPED_TEST(FrontOf, UpdateEqualsBuild) {
         EXPECT_EQ(from_warm, sinks.count.load());
       });
       ASSERT_EQ(warm.pairs(), cold.pairs()) << "seed " << seed << " step " << step;
+      EXPECT_EQ(warm.counts().bytes, warm.pair_bytes());
       sprouted += warm.counts().sprouted;
       pruned += warm.counts().pruned;
     }

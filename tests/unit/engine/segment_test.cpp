@@ -52,6 +52,16 @@ Held held(const FrontSegment& segment) {
   return all;
 }
 
+TEST(Rebalance, SharesOutWhatChunksCost) {
+  std::mt19937 random(2);
+  FrontSegment segment = drawn(random, {400, 10, 10});
+  segment.costs = {800, 30, 50};
+  testing::workers()->run([&] { rebalance(segment, {}); });
+  ASSERT_EQ(segment.costs.size(), segment.chunks.size());
+  EXPECT_EQ(segment.costs.front(), 128U);            // 64 of 400 pairs
+  EXPECT_EQ(segment.costs.back(), 32U + 30U + 50U);  // 16 of them, and the others
+}
+
 TEST(Rebalance, KeepsAllInOrder) {
   std::mt19937 random(1);
   for (int scene = 0; scene < 300; ++scene) {

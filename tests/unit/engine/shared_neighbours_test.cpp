@@ -58,6 +58,9 @@ TEST(SharedNeighbours, AreTestedOnce) {
       ASSERT_TRUE(std::ranges::equal(a.contacts, b.contacts)) << "step " << step;
       ASSERT_EQ(a.statistics.counts.triangle_pairs, b.statistics.counts.triangle_pairs) << "step " << step;
       ASSERT_EQ(a.statistics.counts.primitive_tests, b.statistics.counts.primitive_tests) << "step " << step;
+      ASSERT_EQ(a.statistics.counts.bv_tests, b.statistics.counts.bv_tests) << "step " << step;
+      ASSERT_EQ(a.statistics.counts.front_pairs, b.statistics.counts.front_pairs) << "step " << step;
+      ASSERT_EQ(a.statistics.counts.front_bytes, b.statistics.counts.front_bytes) << "step " << step;
       const Status status = many.self_check();
       ASSERT_TRUE(status.ok()) << status.error().message;
       shared += shares(traced, frame);
