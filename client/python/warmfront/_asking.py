@@ -23,7 +23,7 @@ class Asking:
 
     def submit(
         self,
-        positions: Any = None,
+        positions: Any = ...,
         *,
         bodies: Optional[Mapping[int, Any]] = None,
         poses: Optional[Mapping[int, Any]] = None,

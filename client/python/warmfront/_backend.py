@@ -26,7 +26,7 @@ Answer = Union[Contacts, MaxStep, Committed, Intersections, VertexDistances]
 class Motion:
     """Where a frame has what go, as `AnySession.step()` takes it."""
 
-    positions: Any = None
+    positions: Any = ...  # left out: nothing moves, or what is given otherwise
     bodies: Optional[Mapping[int, Any]] = None
     poses: Optional[Mapping[int, Any]] = None
     vertices: Any = None
@@ -34,6 +34,10 @@ class Motion:
     parts: Optional[Sequence[Part]] = None  # instead: what moved as it travels, checked by who made it
 
     def __post_init__(self) -> None:
+        if self.positions is ...:
+            object.__setattr__(self, "positions", None)
+        elif self.positions is None and self.empty:  # what a function returns that forgets to
+            raise InvalidArgumentError("positions: None; give an array, or leave it out for a frame in which nothing moves")
         for name in ("bodies", "poses"):
             given = getattr(self, name)
             if given is not None and not isinstance(given, Mapping):

@@ -21,21 +21,21 @@ class BackgroundQuestions(Questions):
         super().__init__(backend)
         self._background = Background()
 
-    def submit_step(self, positions: Any = None, **arguments: Any) -> Future[Contacts]:
+    def submit_step(self, positions: Any = ..., **arguments: Any) -> Future[Contacts]:
         """`step()` as a future. What is submitted this way is carried out in its order, one after the other, on a thread of
         the session's own; calls of the session that wait meanwhile have their turn in between. A call that has begun goes on
         when its future is cancelled: give a timeout."""
         return self._background.submit(self.step, positions, **arguments)
 
-    def submit_place(self, positions: Any = None, **arguments: Any) -> Future[None]:
+    def submit_place(self, positions: Any = ..., **arguments: Any) -> Future[None]:
         """`place()` as a future, see `submit_step()`."""
         return self._background.submit(self.place, positions, **arguments)
 
-    def submit_trial(self, positions: Any = None, **arguments: Any) -> Future[Contacts]:
+    def submit_trial(self, positions: Any = ..., **arguments: Any) -> Future[Contacts]:
         """`trial()` as a future, see `submit_step()`."""
         return self._background.submit(self.trial, positions, **arguments)
 
-    def submit_max_step(self, positions: Any = None, **arguments: Any) -> Future[MaxStep]:
+    def submit_max_step(self, positions: Any = ..., **arguments: Any) -> Future[MaxStep]:
         """`max_step()` as a future, see `submit_step()`."""
         return self._background.submit(self.max_step, positions, **arguments)
 
@@ -55,19 +55,19 @@ class BackgroundQuestions(Questions):
         """`commit()` as a future, see `submit_step()`."""
         return self._background.submit(self.commit, fraction, **arguments)
 
-    async def step_async(self, positions: Any = None, **arguments: Any) -> Contacts:
+    async def step_async(self, positions: Any = ..., **arguments: Any) -> Contacts:
         """`step()` for asyncio, see `submit_step()`."""
         return await asyncio.wrap_future(self.submit_step(positions, **arguments))
 
-    async def place_async(self, positions: Any = None, **arguments: Any) -> None:
+    async def place_async(self, positions: Any = ..., **arguments: Any) -> None:
         """`place()` for asyncio, see `submit_step()`."""
         await asyncio.wrap_future(self.submit_place(positions, **arguments))
 
-    async def trial_async(self, positions: Any = None, **arguments: Any) -> Contacts:
+    async def trial_async(self, positions: Any = ..., **arguments: Any) -> Contacts:
         """`trial()` for asyncio, see `submit_step()`."""
         return await asyncio.wrap_future(self.submit_trial(positions, **arguments))
 
-    async def max_step_async(self, positions: Any = None, **arguments: Any) -> MaxStep:
+    async def max_step_async(self, positions: Any = ..., **arguments: Any) -> MaxStep:
         """`max_step()` for asyncio, see `submit_step()`."""
         return await asyncio.wrap_future(self.submit_max_step(positions, **arguments))
 

@@ -18,7 +18,7 @@ class Questions(Asking):
 
     def step(
         self,
-        positions: Any = None,
+        positions: Any = ...,
         *,
         bodies: Optional[Mapping[int, Any]] = None,
         poses: Optional[Mapping[int, Any]] = None,
@@ -38,7 +38,7 @@ class Questions(Asking):
         (vertices of the body, 3)}; poses {rigid body: (3, 4) matrix [R t]} of its rest shape (the positions last given of
         it), sent in the session's dtype; vertices (k) of deformable bodies, each once, and vertex_positions (k, 3). Arrays are
         whatever numpy or DLPack reads without the GPU, of any numbers that the session's dtype holds exactly; they are copied
-        once.
+        once. Without any of it nothing moves.
 
         tier, tolerance, min_separation, report, fields, max_contacts: of this question alone, see `Options`; None for what
         the session has.
@@ -60,7 +60,7 @@ class Questions(Asking):
 
     def place(
         self,
-        positions: Any = None,
+        positions: Any = ...,
         *,
         bodies: Optional[Mapping[int, Any]] = None,
         poses: Optional[Mapping[int, Any]] = None,
@@ -75,7 +75,7 @@ class Questions(Asking):
 
     def trial(
         self,
-        positions: Any = None,
+        positions: Any = ...,
         *,
         bodies: Optional[Mapping[int, Any]] = None,
         poses: Optional[Mapping[int, Any]] = None,
@@ -100,7 +100,7 @@ class Questions(Asking):
 
     def max_step(
         self,
-        positions: Any = None,
+        positions: Any = ...,
         *,
         bodies: Optional[Mapping[int, Any]] = None,
         poses: Optional[Mapping[int, Any]] = None,

@@ -43,6 +43,17 @@ def test_bodies_and_single_vertices_are_as_all_positions(anywhere, cloth):
         assert bits(parts.step()) == bits(before)  # nothing moves
 
 
+def test_none_is_no_frame(anywhere):
+    """What a function returns that forgets to return positions: not a frame in which nothing moves."""
+    before, after, faces = triangle_through_triangle()
+    with anywhere.session(before, faces) as session:
+        for ask in (session.step, session.trial, session.max_step, session.place, session.submit):
+            with pytest.raises(InvalidArgumentError, match="positions: None; give an array, or leave it out for a frame in which"):
+                ask(None)
+        assert not session.step()
+        assert len(session.step(after)) == 3
+
+
 def test_what_a_model_saves_is_told_where_asked(anywhere, cloth):
     n = cloth.bodies[0].vertex_count
     with anywhere.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=Options(explain=True)) as session:
