@@ -67,13 +67,6 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   return arguments;
 }
 
-/// Where a connection that is not encrypted was taken and closed, as a daemon with TLS does.
-std::string what_to_try(const std::string& why, bool encrypted) {
-  const bool closed = why.ends_with("Socket closed") || why.ends_with("Connection reset by peer");
-  if (encrypted || !closed) return "is it running there?";
-  return "does it want TLS? Then give its CA (security.ca_file, --tls-ca)";
-}
-
 void set_deadline(grpc::ClientContext& context, std::chrono::milliseconds timeout) {
   context.set_deadline(deadline_after(timeout));
 }

@@ -2,11 +2,17 @@
 // Reading credentials. Thread safety as stated in the header.
 #include "client/lib/security.h"
 
+#include <array>
 #include <fstream>
+#include <regex>
 #include <sstream>
+#include <utility>
 
 namespace warmfront::client {
 namespace {
+
+constexpr const char* kCertificate = "CERTIFICATE";
+constexpr const char* kPrivateKey = "PRIVATE KEY";
 
 /// The file's content; empty for no file.
 Result<std::string> read(const char* what, const std::string& path) {
@@ -16,6 +22,16 @@ Result<std::string> read(const char* what, const std::string& path) {
   if (!file || !(text << file.rdbuf()))
     return invalid_argument(std::string(what) + " " + path + ": cannot be read, or is empty");
   return text.str();
+}
+
+/// The same of a file that is to hold one of these.
+Result<std::string> read_pem(const char* what, const std::string& path, const char* holds) {
+  Result<std::string> text = read(what, path);
+  if (!text || path.empty()) return text;
+  const std::regex begins(std::string("-----BEGIN [A-Z0-9 ]*") + holds + "-----");
+  if (!std::regex_search(text.value(), begins))
+    return invalid_argument(std::string(what) + " " + path + ": begins no " + holds + "; PEM is expected");
+  return text;
 }
 
 /// Without the blanks and line ends around it.
@@ -35,11 +51,11 @@ bool stays_here(const std::string& address) {
 Result<Credentials> read_credentials(const std::string& address, const ClientSecurity& security) {
   if (security.cert_file.empty() != security.key_file.empty())
     return invalid_argument("a client certificate needs its key, and a key its certificate: give both files");
-  const Result<std::string> ca = read("CA file", security.ca_file);
+  const Result<std::string> ca = read_pem("CA file", security.ca_file, kCertificate);
   if (!ca) return ca.error();
-  const Result<std::string> certificate = read("certificate file", security.cert_file);
+  const Result<std::string> certificate = read_pem("certificate file", security.cert_file, kCertificate);
   if (!certificate) return certificate.error();
-  const Result<std::string> key = read("key file", security.key_file);
+  const Result<std::string> key = read_pem("key file", security.key_file, kPrivateKey);
   if (!key) return key.error();
   const Result<std::string> token = read("token file", security.token_file);
   if (!token) return token.error();
@@ -58,6 +74,23 @@ Result<Credentials> read_credentials(const std::string& address, const ClientSec
     return invalid_argument("the token would travel to " + address + " unencrypted; use TLS");
   credentials.authorization = "Bearer " + secret;
   return credentials;
+}
+
+std::string what_to_try(std::string_view why, bool encrypted) {
+  if (!encrypted) {  // as a daemon with TLS does
+    const bool closed = why.ends_with("Socket closed") || why.ends_with("Connection reset by peer");
+    return closed ? "does it want TLS? Then give its CA (security.ca_file, --tls-ca)"
+                  : "is it running there?";
+  }
+  constexpr std::array<std::pair<std::string_view, const char*>, 3> kHints{
+      {{"certificate verify failed",
+        "is that the CA that signed its certificate (security.ca_file, --tls-ca)?"},
+       {"is not in peer certificate",
+        "give a name that its certificate has (security.server_name, --tls-server-name)"},
+       {"wrong version number", "does it speak TLS? Leave the CA out where it does not"}}};
+  for (const auto& [said, hint] : kHints)
+    if (why.find(said) != std::string_view::npos) return hint;
+  return "is it running there?";
 }
 
 }  // namespace warmfront::client

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "client/lib/client.h"
 #include "engine/result.h"
@@ -19,8 +20,11 @@ struct Credentials {
   bool encrypted = false;
 };
 
-/// kInvalidArgument for files that cannot be read, a certificate without its key or the reverse, and a token
-/// that would be sent unencrypted to another machine.
+/// kInvalidArgument for files that cannot be read or are no PEM, a certificate without its key or the
+/// reverse, and a token that would be sent unencrypted to another machine.
 Result<Credentials> read_credentials(const std::string& address, const ClientSecurity& security);
+
+/// Where no connection came about, by gRPC's words, and these credentials and the daemon's may not fit.
+std::string what_to_try(std::string_view why, bool encrypted);
 
 }  // namespace warmfront::client

@@ -34,14 +34,15 @@ class Motion:
     parts: Optional[Sequence[Part]] = None  # instead: what moved as it travels, checked by who made it
 
     def __post_init__(self) -> None:
-        if self.positions is ...:
-            object.__setattr__(self, "positions", None)
-        elif self.positions is None and self.empty:  # what a function returns that forgets to
-            raise InvalidArgumentError("positions: None; give an array, or leave it out for a frame in which nothing moves")
         for name in ("bodies", "poses"):
             given = getattr(self, name)
             if given is not None and not isinstance(given, Mapping):
                 raise InvalidArgumentError(f"{name}: a {type(given).__name__}; give a dict, from the number of each body that moves")
+        if self.positions is ...:
+            object.__setattr__(self, "positions", None)
+        elif self.positions is None and not self.bodies and not self.poses and self.vertices is None and \
+                self.vertex_positions is None and self.parts is None:  # what a function returns that forgets to
+            raise InvalidArgumentError("positions: None; give an array, or leave it out for a frame in which nothing moves")
 
     @property
     def empty(self) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import socket
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Optional
@@ -16,6 +15,7 @@ from ._channels import Channel, ChannelPool
 from ._contacts import error_from
 from ._pieces import pieces_of
 from ._private_daemon import PrivateDaemon
+from ._security import read_credentials, what_to_try
 from ._wire import Bytes, field
 from .errors import (DeadlineExceededError, InvalidArgumentError, UnavailableError, UnimplementedError, WarmfrontError,
                      class_of)
@@ -128,33 +128,6 @@ def check_address(address: str) -> None:
     raise InvalidArgumentError(f"address {address!r}: {_ADDRESS_EXPECTED}")
 
 
-def _read(what: str, path: str) -> Optional[bytes]:
-    """The file's content; None for no file."""
-    if not path:
-        return None
-    try:
-        with open(path, "rb") as file:
-            content = file.read()
-    except OSError as error:
-        raise InvalidArgumentError(f"{what} {path}: it cannot be read ({error.strerror})") from None
-    if not content:
-        raise InvalidArgumentError(f"{what} {path}: it is empty")
-    return content
-
-
-def _authorization(address: str, security: Security, encrypted: bool) -> str:
-    """The metadata's value; empty without a token."""
-    content = _read("token file", security.token_file)
-    if content is None:
-        return ""
-    token = content.decode("utf-8", "replace").strip()
-    if not token or len(token.split()) != 1:
-        raise InvalidArgumentError(f"token file {security.token_file}: one token is expected, and nothing else")
-    if not encrypted and not re.match(r"unix:|localhost:|\[::1\]:|127\.", address):
-        raise InvalidArgumentError(f"the token would travel to {address} in the clear; use TLS")
-    return f"Bearer {token}"
-
-
 def error_from_call(call: Any) -> WarmfrontError:
     """The exception for a failed gRPC call, not raised. Blocks until the call is over."""
     code = call.code().value[0]
@@ -168,13 +141,6 @@ def error_from_call(call: Any) -> WarmfrontError:
     return class_of(code)(call.details() or "")
 
 
-def _what_to_try(why: str, encrypted: bool) -> str:
-    """Where a connection that is not encrypted was taken and closed, as a daemon with TLS does."""
-    if encrypted or not why.endswith(("Socket closed", "Connection reset by peer")):
-        return "is it running there?"
-    return "does it want TLS? Then give its CA (Security.ca_file)"
-
-
 class Connection:
     """To `HOST:PORT` or `unix:PATH`."""
 
@@ -182,25 +148,21 @@ class Connection:
                  shares_memory: bool = True, traceparent: str = "") -> None:
         """private: the daemon of that address, which ends with the connection."""
         check_address(address)
-        if bool(security.cert_file) != bool(security.key_file):
-            raise InvalidArgumentError("a client certificate needs its key, and a key its certificate: state both files")
+        credentials = read_credentials(address, security)
+        if not isinstance(timeouts, Timeouts):
+            raise InvalidArgumentError(f"timeouts: a {type(timeouts).__name__}; give a Timeouts(call=...)")
         self.address = address
         self.timeouts = timeouts
         self._private = private
         self._shares_memory = shares_memory
-        encrypted = bool(security.tls or security.ca_file or security.cert_file)
-        self._encrypted = encrypted
-        authorization = _authorization(address, security, encrypted)
-        self._metadata = [("authorization", authorization)] if authorization else []
+        self._encrypted = credentials.channel is not None
+        self._metadata = [("authorization", credentials.authorization)] if credentials.authorization else []
         self._traceparent = traceparent
         arguments = list(_ARGUMENTS)
         if security.server_name:
             arguments.append(("grpc.ssl_target_name_override", security.server_name))
-        if encrypted:
-            credentials = grpc.ssl_channel_credentials(
-                _read("CA file", security.ca_file), _read("key file", security.key_file),
-                _read("certificate file", security.cert_file))
-            self._channels = ChannelPool(lambda: grpc.secure_channel(address, credentials, arguments))
+        if credentials.channel is not None:
+            self._channels = ChannelPool(lambda: grpc.secure_channel(address, credentials.channel, arguments))
         else:
             self._channels = ChannelPool(lambda: grpc.insecure_channel(address, arguments))
 
@@ -256,7 +218,7 @@ class Connection:
             except DeadlineExceededError:
                 pass
         raise UnavailableError(f"{self.address}: no Warmfront daemon answers ({error.message}); "
-                               f"{_what_to_try(error.message, self._encrypted)}", reason=error.reason)
+                               f"{what_to_try(error.message, self._encrypted)}", reason=error.reason)
 
     def _ask_info(self, session_id: str, timeout: float, wait_for_ready: bool) -> Any:
         info = self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id, timeout,

@@ -128,8 +128,8 @@ class Committed:
     """What a commit took of its trial.
 
     fraction: of the motion. vf, ee, vh, possible: of the contacts that the trial listed, those up to there; None where it only
-    counted them, and some may lie beyond. earliest_toi: of these, in steps of the trial; None without any. frame: the
-    session's, from now on.
+    counted them, and some may lie beyond. Of a max_step they are what comes first, which its fraction stops short of.
+    earliest_toi: of these, in steps of the trial; None without any. frame: the session's, from now on.
     """
 
     fraction: float

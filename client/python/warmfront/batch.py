@@ -31,6 +31,11 @@ _OPTIONS: dict[str, set[str]] = {
 }
 
 
+def _check_given(positions: Any, poses: Any) -> None:
+    if positions is None and poses is None:
+        raise InvalidArgumentError("positions: give where the copies go, or poses")
+
+
 class Batch(Uncopied):
     """Created by `Client.batch()`: n copies of one scene, each in a world of its own, as one session, one frame, one answer.
 
@@ -136,6 +141,7 @@ class Batch(Uncopied):
             contacts = batch.step(X, poses=P)
         """
         self._check_layout()
+        _check_given(positions, poses)
         share = numbers_of(fractions, np.dtype("<f8"), "fractions")
         if share.shape != (self.count,):
             raise InvalidArgumentError(f"fractions: shape {share.shape}; give ({self.count},), one for each copy")
@@ -200,8 +206,7 @@ class Batch(Uncopied):
     def _motion(self, positions: Any, poses: Any, worlds: Any) -> Motion:
         self._check_layout()
         copies = self._copies
-        if positions is None and poses is None:
-            raise InvalidArgumentError("positions: give where the copies go, or poses")
+        _check_given(positions, poses)
         chosen = np.arange(self.count) if worlds is None else self._worlds(worlds)
         dtype = self.session.positions_dtype
         if positions is not None and poses is None and worlds is None and copies.first_vertex == 0:

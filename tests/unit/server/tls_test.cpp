@@ -75,7 +75,12 @@ TEST_F(TlsTest, ClientsVerifyTheDaemonAndItsCertificateCanBeReplaced) {
   auto client = connect("ca.pem");
   ASSERT_TRUE(client.ok()) << client.error().message;
   EXPECT_TRUE(open_grids(client.value()).ok());
-  EXPECT_EQ(connect("wrong.pem").error().code, ErrorCode::kUnavailable);
+  const Result<Client> wrong = connect("wrong.pem");
+  EXPECT_EQ(wrong.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(wrong.error().message, HasSubstr("is that the CA that signed its certificate"));
+  const Result<Client> no_pem = connect("wrong.key");
+  EXPECT_EQ(no_pem.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(no_pem.error().message, HasSubstr("begins no CERTIFICATE; PEM is expected"));
   const Result<Client> plain = connect("");
   EXPECT_EQ(plain.error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(plain.error().message, HasSubstr("does it want TLS? Then give its CA"));

@@ -163,6 +163,8 @@ def test_each_copy_goes_as_far_as_it_may(anywhere, screw, dtype):
                                (r"fractions\[0\]: nan is not in", [np.nan] * 5)):
             with pytest.raises(InvalidArgumentError, match=message):
                 batch.part_way(wrong, whole)
+        with pytest.raises(InvalidArgumentError, match="positions: give where the copies go, or poses"):
+            batch.part_way(fractions, None)
         with pytest.raises(InvalidArgumentError, match="one for all copies; part_way"):
             batch.commit(fractions)
 

@@ -50,6 +50,8 @@ def test_none_is_no_frame(anywhere):
         for ask in (session.step, session.trial, session.max_step, session.place, session.submit):
             with pytest.raises(InvalidArgumentError, match="positions: None; give an array, or leave it out for a frame in which"):
                 ask(None)
+            with pytest.raises(InvalidArgumentError, match="positions: None"):
+                ask(None, bodies={})
         assert not session.step()
         assert len(session.step(after)) == 3
 

@@ -34,8 +34,29 @@ def test_encrypted_and_known_to_each_other(start_daemon, certificate):
             warmfront.connect(address, security=unknown, timeouts=Timeouts(call=1))
 
 
-def test_who_does_not_encrypt_is_told_what_to_try(start_daemon, certificate):
+def test_who_is_not_let_in_is_told_what_to_try(start_daemon, certificate, tmp_path):
     cert, key = certificate
-    address = start_daemon("--tls-cert", cert, "--tls-key", key).tcp()
-    with pytest.raises(warmfront.UnavailableError, match=r"does it want TLS\? Then give its CA \(Security\.ca_file\)"):
-        warmfront.connect(address, timeouts=Timeouts(call=1))
+    encrypted = start_daemon("--tls-cert", cert, "--tls-key", key).tcp()
+    plain = start_daemon().tcp()
+    other = tmp_path / "other.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days",
+                    "1", "-subj", "/CN=other", "-keyout", tmp_path / "other.key", "-out", other], check=True, stderr=subprocess.DEVNULL)
+    for address, security, hint in (
+            (encrypted, Security(), r"does it want TLS\? Then give its CA \(Security\.ca_file\)"),
+            (encrypted, Security(ca_file=str(other), server_name="warmfront.test"), r"is Security\.ca_file the CA that signed its"),
+            (encrypted, Security(ca_file=cert), r"give a name that its certificate has \(Security\.server_name\)"),
+            (plain, Security(ca_file=cert), "does it speak TLS\\? Leave the CA out where it does not")):
+        with pytest.raises(warmfront.UnavailableError, match=hint):
+            warmfront.connect(address, security=security, timeouts=Timeouts(call=1))
+
+
+def test_files_that_are_no_pem_are_refused_at_once(certificate):
+    cert, key = certificate
+    for security, what in ((Security(ca_file=key), f"CA file {key}: begins no CERTIFICATE; PEM is expected"),
+                           (Security(ca_file=__file__), f"CA file {__file__}: begins no CERTIFICATE"),
+                           (Security(cert_file=cert, key_file=cert), f"key file {cert}: begins no PRIVATE KEY"),
+                           (cert, "security: a str; give a Security")):
+        with pytest.raises(warmfront.InvalidArgumentError, match=what):
+            warmfront.connect("127.0.0.1:1", security=security)
+    with pytest.raises(warmfront.InvalidArgumentError, match="timeouts: a int; give a Timeouts"):
+        warmfront.connect("127.0.0.1:1", timeouts=3)
