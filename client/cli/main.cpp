@@ -52,6 +52,21 @@ std::vector<std::string> option_names(const CLI::App& app) {
   }
 }
 
+/// A forgotten value is missed where it is, and not where the option that was taken for it is missed.
+void refuse_options_as_values(CLI::App& verb) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : verb.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (CLI::Option* option : verb.get_options()) {
+    if (option->get_items_expected_max() == 0 || option->get_positional()) continue;
+    const auto look = [names](const std::string& value) {
+      const bool is_option = std::ranges::find(names, value.substr(0, value.find('='))) != names.end();
+      return is_option ? "its value is missing before " + value : std::string();
+    };
+    option->transform(CLI::Validator(look, ""));  // before what else is checked
+  }
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Continuous collision detection between the frames of moving triangle meshes.", "warmfront");
   app.set_version_flag("--version", "warmfront " WARMFRONT_VERSION);
@@ -66,6 +81,7 @@ int run(int argc, char** argv) {
   const auto add = [&](const char* name, const char* description, Verb (*setup)(CLI::App&)) {
     CLI::App* verb = app.add_subcommand(name, description);
     verbs.emplace_back(verb, setup(*verb));
+    refuse_options_as_values(*verb);
   };
   add("detect", "Step through an input's frames and report the contacts", warmfront::client::add_detect);
   add("near", "List the pairs of features that are near each other, frame by frame",

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/cli/exit_codes.h"
@@ -96,6 +97,19 @@ TEST(Cli, AnUnknownOptionOrVerbIsNamedWithTheNearest) {
   EXPECT_THAT(run("detect builtin:bart --frobnicate").out, HasSubstr("no option --frobnicate; see"));
   EXPECT_THAT(run("detec builtin:bart").out, HasSubstr("no verb 'detec'; the nearest is 'detect'"));
   EXPECT_THAT(run("scene bart here").out, HasSubstr("the argument 'here' is one too many"));
+}
+
+TEST(Cli, AnOptionIsNoOtherOnesValue) {
+  for (const auto& [arguments, message] : std::vector<std::pair<std::string, std::string>>{
+           {"detect builtin:bart --json --server unix:/nowhere.sock",
+            "--json: its value is missing before --server"},
+           {"detect builtin:bart --threads --tier=fast",
+            "--threads: its value is missing before --tier=fast"},
+           {"sessions list --server --all", "--server: its value is missing before --all"}}) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, kExitUsage) << arguments;
+    EXPECT_THAT(outcome.out, HasSubstr(message)) << arguments;
+  }
 }
 
 // A list is given with commas or by repeating the option, in every verb; a word after a space is an input.
