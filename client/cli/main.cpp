@@ -52,19 +52,17 @@ std::vector<std::string> option_names(const CLI::App& app) {
   }
 }
 
-/// A forgotten value is missed where it is, and not where the option that was taken for it is missed.
+/// A forgotten value is missed where it is, and not where the option that was taken for it is missed. `verb`
+/// must outlive the parsing.
 void refuse_options_as_values(CLI::App& verb) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : verb.get_options())
-    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  for (CLI::Option* option : verb.get_options()) {
-    if (option->get_items_expected_max() == 0 || option->get_positional()) continue;
-    const auto look = [names](const std::string& value) {
-      const bool is_option = std::ranges::find(names, value.substr(0, value.find('='))) != names.end();
-      return is_option ? "its value is missing before " + value : std::string();
-    };
-    option->transform(CLI::Validator(look, ""));  // before what else is checked
-  }
+  const auto look = [&verb](const std::string& value) {
+    const bool is_option =
+        value.starts_with("--") && verb.get_option_no_throw(value.substr(0, value.find('='))) != nullptr;
+    return is_option ? "its value is missing before " + value : std::string();
+  };
+  for (CLI::Option* option : verb.get_options())
+    if (option->get_items_expected_max() > 0 && !option->get_positional())
+      option->transform(CLI::Validator(look, ""));  // before what else is checked
 }
 
 int run(int argc, char** argv) {

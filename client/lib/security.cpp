@@ -4,8 +4,8 @@
 
 #include <array>
 #include <fstream>
-#include <regex>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 namespace warmfront::client {
@@ -24,13 +24,22 @@ Result<std::string> read(const char* what, const std::string& path) {
   return text.str();
 }
 
+/// Has the text a PEM block of what ends in these words?
+bool has_pem(std::string_view text, std::string_view what) {
+  constexpr std::string_view kBegin = "-----BEGIN ";
+  const std::string end = std::string(what) + "-----";
+  for (std::size_t at = 0; (at = text.find(kBegin, at)) != text.npos; at += kBegin.size()) {
+    const std::string_view line = text.substr(at, text.find_first_of("\r\n", at) - at);
+    if (line.find(end) != line.npos) return true;
+  }
+  return false;
+}
+
 /// The same of a file that is to hold one of these.
 Result<std::string> read_pem(const char* what, const std::string& path, const char* holds) {
   Result<std::string> text = read(what, path);
-  if (!text || path.empty()) return text;
-  const std::regex begins(std::string("-----BEGIN [A-Z0-9 ]*") + holds + "-----");
-  if (!std::regex_search(text.value(), begins))
-    return invalid_argument(std::string(what) + " " + path + ": begins no " + holds + "; PEM is expected");
+  if (text && !path.empty() && !has_pem(text.value(), holds))
+    return invalid_argument(std::string(what) + " " + path + ": has no " + holds + " in PEM format");
   return text;
 }
 
@@ -77,7 +86,7 @@ Result<Credentials> read_credentials(const std::string& address, const ClientSec
 }
 
 std::string what_to_try(std::string_view why, bool encrypted) {
-  if (!encrypted) {  // as a daemon with TLS does
+  if (!encrypted) {  // a daemon with TLS takes such a connection, and closes it
     const bool closed = why.ends_with("Socket closed") || why.ends_with("Connection reset by peer");
     return closed ? "does it want TLS? Then give its CA (security.ca_file, --tls-ca)"
                   : "is it running there?";

@@ -37,7 +37,7 @@ def read_credentials(address: str, security: Security) -> Credentials:
 
 def what_to_try(why: str, encrypted: bool) -> str:
     """Where no connection came about, by gRPC's words."""
-    if not encrypted:  # as a daemon with TLS does
+    if not encrypted:  # a daemon with TLS takes such a connection, and closes it
         closed = why.endswith(("Socket closed", "Connection reset by peer"))
         return "does it want TLS? Then give its CA (Security.ca_file)" if closed else "is it running there?"
     for said, hint in (
@@ -66,7 +66,7 @@ def _read(what: str, path: str) -> Optional[bytes]:
 def _read_pem(what: str, path: str, holds: str) -> Optional[bytes]:
     content = _read(what, path)
     if content is not None and not re.search(rb"-----BEGIN [A-Z0-9 ]*" + holds.encode() + rb"-----", content):
-        raise InvalidArgumentError(f"{what} {path}: begins no {holds}; PEM is expected")
+        raise InvalidArgumentError(f"{what} {path}: has no {holds} in PEM format")
     return content
 
 

@@ -80,7 +80,7 @@ TEST_F(TlsTest, ClientsVerifyTheDaemonAndItsCertificateCanBeReplaced) {
   EXPECT_THAT(wrong.error().message, HasSubstr("is that the CA that signed its certificate"));
   const Result<Client> no_pem = connect("wrong.key");
   EXPECT_EQ(no_pem.error().code, ErrorCode::kInvalidArgument);
-  EXPECT_THAT(no_pem.error().message, HasSubstr("begins no CERTIFICATE; PEM is expected"));
+  EXPECT_THAT(no_pem.error().message, HasSubstr("has no CERTIFICATE in PEM format"));
   const Result<Client> plain = connect("");
   EXPECT_EQ(plain.error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(plain.error().message, HasSubstr("does it want TLS? Then give its CA"));

@@ -52,9 +52,9 @@ def test_who_is_not_let_in_is_told_what_to_try(start_daemon, certificate, tmp_pa
 
 def test_files_that_are_no_pem_are_refused_at_once(certificate):
     cert, key = certificate
-    for security, what in ((Security(ca_file=key), f"CA file {key}: begins no CERTIFICATE; PEM is expected"),
-                           (Security(ca_file=__file__), f"CA file {__file__}: begins no CERTIFICATE"),
-                           (Security(cert_file=cert, key_file=cert), f"key file {cert}: begins no PRIVATE KEY"),
+    for security, what in ((Security(ca_file=key), f"CA file {key}: has no CERTIFICATE in PEM format"),
+                           (Security(ca_file=__file__), f"CA file {__file__}: has no CERTIFICATE in PEM format"),
+                           (Security(cert_file=cert, key_file=cert), f"key file {cert}: has no PRIVATE KEY in PEM format"),
                            (cert, "security: a str; give a Security")):
         with pytest.raises(warmfront.InvalidArgumentError, match=what):
             warmfront.connect("127.0.0.1:1", security=security)
