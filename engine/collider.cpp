@@ -3,6 +3,7 @@
 #include "engine/collider.h"
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include <utility>
 
 #include "engine/digits.h"
+#include "engine/motion/check_positions.h"
 #include "engine/step/collider_impl.h"
 
 namespace warmfront {
@@ -21,6 +23,16 @@ constexpr std::string_view kNoTrial =
 
 Status check_frame(Core& core, const Frame& frame, StopSignal stop, PoseCheck poses = PoseCheck::kRigid) {
   return core.motion.check(*core.scene, frame, stop, poses, core.workers.get());
+}
+
+// Where a frame's check forks, it enters the arena together with what is asked.
+template <class Ask>
+Result<StepResult> entering_once(const Core& core, const Frame& frame, const Ask& ask) {
+  if (!frame.positions || !check_forks(*frame.positions)) return ask();
+  std::optional<Result<StepResult>> result;
+  const auto whole = [&] { result = ask(); };
+  core.workers->enter_once(std::cref(whole));
+  return *std::move(result);
 }
 
 }  // namespace
@@ -51,10 +63,11 @@ Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* c
   Impl::Asking asking(*impl_);
   const StopSignal stop(cancelled);
   if (Status status = validate(QuestionKind::kStep, options); !status) return status.error();
-  if (Status status = check_frame(core, frame, stop); !status) return status.error();
-  if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(core, stop);
-  Result<StepResult> result =
-      impl_->warm.ask(frame, Kind::kStep, merged(core.options, options), stop, accept);
+  Result<StepResult> result = entering_once(core, frame, [&]() -> Result<StepResult> {
+    if (Status status = check_frame(core, frame, stop); !status) return status.error();
+    if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(core, stop);
+    return impl_->warm.ask(frame, Kind::kStep, merged(core.options, options), stop, accept);
+  });
   asking.answered = result.ok();
   if (result) {
     impl_->last_trial.reset();
@@ -73,8 +86,10 @@ Result<StepResult> Collider::Impl::trial(const Frame& frame, const Question& que
   const ColliderOptions options = merged(core.options, question);
   Asking asking(*this);
   if (Status status = validate(question.kind, question.options); !status) return status.error();
-  if (Status status = check_frame(warm.core, frame, stop); !status) return status.error();
-  Result<StepResult> result = warm.ask(frame, Kind::kTrial, options, stop, accept);
+  Result<StepResult> result = entering_once(core, frame, [&]() -> Result<StepResult> {
+    if (Status status = check_frame(warm.core, frame, stop); !status) return status.error();
+    return warm.ask(frame, Kind::kTrial, options, stop, accept);
+  });
   asking.answered = result.ok();
   if (!result) return result;
   last_trial = {options.report, result.value(), result.value().possible, result.value().earliest_toi};

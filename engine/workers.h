@@ -35,6 +35,11 @@ class Workers {
   /// Runs `work` inside the calling thread's arena and returns when it is done; exceptions pass through.
   void run(const std::function<void()>& work);
 
+  /// Runs `work`, whose own run()s, one after the other and none within another, enter the arena together,
+  /// once: threads that help need not be woken up for each. What it does between them is serial; exceptions
+  /// pass through.
+  void enter_once(const std::function<void()>& work);
+
   /// Has threads that help the calling one wake up ahead of its next run(), of which they may miss the
   /// beginning otherwise: for a caller that has something else to do before. They soon sleep again without
   /// work.

@@ -2,6 +2,7 @@
 #include "engine/motion/check_positions.h"
 
 #include <cmath>
+#include <variant>
 
 #include "engine/motion/all_finite.h"
 #include "engine/parallel/default_environment.h"
@@ -11,9 +12,14 @@
 namespace warmfront {
 namespace {
 
+constexpr std::size_t kAtOnce = std::size_t{1} << 13;
+
+bool forks(std::size_t numbers) {
+  return numbers >= 4 * kAtOnce;
+}
+
 template <class Real>
 bool are_finite(std::span<const Real> numbers, StopSignal stop, Workers* workers) {
-  constexpr std::size_t kAtOnce = std::size_t{1} << 13;
   const auto of_piece = [&](std::size_t at, std::size_t end) {
     return all_finite(numbers.data() + at, end - at);
   };
@@ -21,7 +27,7 @@ bool are_finite(std::span<const Real> numbers, StopSignal stop, Workers* workers
   // Not a number, and what is infinite, times zero: where that traps, it would before it is told.
   const DefaultEnvironment environment;
   bool finite = true;
-  if (workers == nullptr || numbers.size() < 4 * kAtOnce)
+  if (workers == nullptr || !forks(numbers.size()))
     in_pieces(0, numbers.size(), stop,
               [&](std::size_t at, std::size_t end) { finite = finite && of_piece(at, end); });
   else
@@ -54,6 +60,10 @@ Status check_positions(std::span<const Real> positions, std::uint32_t vertex_cou
     }
   }
   return {};
+}
+
+bool check_forks(const Positions& positions) {
+  return std::visit([](auto numbers) { return forks(numbers.size()); }, positions);
 }
 
 template Status check_positions<float>(std::span<const float>, std::uint32_t, const std::string&, StopSignal,

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "engine/frame.h"
 #include "engine/result.h"
 #include "engine/stop.h"
 #include "engine/workers.h"
@@ -22,5 +23,8 @@ Status check_positions(std::span<const Real> positions, std::uint32_t vertex_cou
 
 /// The number of values alone.
 Status check_count(std::size_t values, std::uint32_t vertex_count, const std::string& what = "positions");
+
+/// Are there so many numbers that their check forks?
+bool check_forks(const Positions& positions);
 
 }  // namespace warmfront
