@@ -58,18 +58,6 @@ std::vector<std::uint8_t> holders_of(std::span<const std::uint8_t> blocks, const
 }  // namespace
 
 template <class Bounds>
-void Bvh<Bounds>::append_block_vertices(const Scene& scene, BlockId block,
-                                        std::vector<std::uint32_t>& items) const {
-  const std::size_t first = items.size();
-  for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
-    for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
-      if (std::find(items.begin() + static_cast<std::ptrdiff_t>(first), items.end(), v) == items.end())
-        items.push_back(v);
-    }
-  }
-}
-
-template <class Bounds>
 void Bvh<Bounds>::list_corners(const Scene& scene, BlockId block) {
   const std::uint32_t begin = shape.begin_of_block(block);
   const std::uint32_t size = shape.size_of_block(block);
@@ -78,37 +66,8 @@ void Bvh<Bounds>::list_corners(const Scene& scene, BlockId block) {
     for (int corner = 0; corner < 3; ++corner)
       leaves.corners[number_of(block)].vertex[corner][i] = vertices[corner];
   }
-}
-
-template <class Bounds>
-void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
-  travel.block_vertices = {};
-  if (travel.nodes.empty() || leaves.blocks.empty()) return;
-  // Piece by piece of the blocks: a block has few vertices, of which most are its own.
-  constexpr std::size_t kPiece = 128;
-  const std::size_t blocks = shape.block_count();
-  std::vector<std::uint32_t>& begin = travel.block_vertices.begin;
-  lengthen(begin, blocks + 1, std::uint32_t{0}, stop);
-  std::vector<std::vector<std::uint32_t>> found((blocks + kPiece - 1) / kPiece);
-  const auto list_piece = [&](std::size_t piece) {
-    std::vector<std::uint32_t>& items = found[piece];
-    const std::size_t end = std::min((piece + 1) * kPiece, blocks);
-    items.reserve((end - piece * kPiece) * EightBounds<Bounds>::kSlots * 3 / 2);
-    for (std::size_t b = piece * kPiece; b < end; ++b) {
-      const std::size_t first = items.size();
-      append_block_vertices(scene, BlockId{static_cast<std::uint32_t>(b)}, items);
-      begin[b + 1] = static_cast<std::uint32_t>(items.size() - first);
-    }
-  };
-  for_each_index(0, found.size(), stop, list_piece, 1);
-  PacedStop paced(stop);
-  for (std::size_t b = 0; b < blocks; ++b) {
-    paced.check();
-    begin[b + 1] += begin[b];
-  }
-  reserve(travel.block_vertices.items, begin.back(), stop);
-  for (const std::vector<std::uint32_t>& items : found)
-    append(travel.block_vertices.items, std::span<const std::uint32_t>(items), stop);
+  if (!travel.first_corners.empty())
+    travel.first_corners[number_of(block)] = first_corners(leaves.corners[number_of(block)]);
 }
 
 template <class Bounds>
@@ -200,6 +159,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape,
   make_room(leaves.blocks, in_blocks ? shape.block_count() : 0);
   make_room(leaves.corners, in_blocks ? shape.block_count() : 0);
   make_room(leaves.wide, wide ? shape.leaf_count() : 0);
+  make_room(travel.first_corners, in_blocks && keep_travel ? shape.block_count() : 0);
   // The system maps what is new page by page as it is touched: a list each.
   make_all(
       [&] {
@@ -213,19 +173,17 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape,
       [&] { begin_anew(leaves.grids, in_blocks ? shape.leaf_count() : 0, stop); },
       [&] { list_leaves(nullptr, stop); });
   leaves.blocks_of.clear();
-  if (leaves.blocks.empty()) return list_block_vertices(scene, stop);
-  make_all([&] { list_block_vertices(scene, stop); },
-           [&] {
-             leaves.blocks_of.reserve(shape.leaf_count());
-             for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf)
-               leaves.blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
-           },
-           [&] {
-             const auto list = [&](std::size_t b) {
-               list_corners(scene, BlockId{static_cast<std::uint32_t>(b)});
-             };
-             for_each_index(0, shape.block_count(), stop, list, 256);
-           });
+  if (leaves.blocks.empty()) return;
+  make_all(
+      [&] {
+        leaves.blocks_of.reserve(shape.leaf_count());
+        for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf)
+          leaves.blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
+      },
+      [&] {
+        const auto list = [&](std::size_t b) { list_corners(scene, BlockId{static_cast<std::uint32_t>(b)}); };
+        for_each_index(0, shape.block_count(), stop, list, 256);
+      });
 }
 
 template <class Bounds>
@@ -243,32 +201,10 @@ void Bvh<Bounds>::change(const Scene& scene, const TreeShape& new_shape, std::sp
   for (std::size_t node = 0; node < motion.renewed.size(); ++node) renewed[node] |= motion.renewed[node];
   motion.renewed = std::move(renewed);
   PacedStop paced(stop, 256);
-  const Csr before = std::exchange(travel.block_vertices, {});
-  Csr& vertices = travel.block_vertices;
-  if (before.rows() > 0) {
-    reserve(vertices.begin, before.begin.size(), stop);
-    reserve(vertices.items, before.items.size() + before.items.size() / 16, stop);
-    vertices.begin.push_back(0);
-  }
-  for (std::uint32_t b = 0; b < changed_blocks.size();) {
-    const std::uint32_t first = b;
-    while (b < changed_blocks.size() && changed_blocks[b] == 0) ++b;
-    if (before.rows() > 0 && b > first) {
-      const std::uint32_t offset = static_cast<std::uint32_t>(vertices.items.size()) - before.begin[first];
-      append(vertices.items,
-             std::span(before.items).subspan(before.begin[first], before.begin[b] - before.begin[first]),
-             stop);
-      for (std::uint32_t row = first; row < b; ++row)
-        vertices.begin.push_back(before.begin[row + 1] + offset);
-    }
-    if (b == changed_blocks.size()) break;
+  for (std::uint32_t b = 0; b < changed_blocks.size() && !leaves.corners.empty(); ++b) {
+    if (changed_blocks[b] == 0) continue;
     paced.check();
-    if (before.rows() > 0) {
-      append_block_vertices(scene, BlockId{b}, vertices.items);
-      vertices.begin.push_back(static_cast<std::uint32_t>(vertices.items.size()));
-    }
-    if (!leaves.corners.empty()) list_corners(scene, BlockId{b});
-    ++b;
+    list_corners(scene, BlockId{b});
   }
 }
 
@@ -284,7 +220,6 @@ void Bvh<Bounds>::shift(const NumberShift& by) noexcept {
       for (std::uint32_t& vertex : corner) vertex += by.vertex;
     }
   }
-  for (std::uint32_t& vertex : travel.block_vertices.items) vertex += by.vertex;
 }
 
 // Piece by piece, so that the sum is the same for any number of threads.

@@ -91,8 +91,6 @@ struct Bvh {
   }
 
  private:
-  void list_block_vertices(const Scene& scene, StopSignal stop);
-  void append_block_vertices(const Scene& scene, BlockId block, std::vector<std::uint32_t>& items) const;
   void list_corners(const Scene& scene, BlockId block);
   // What was listed before, of which leaves that hold the same stay.
   struct Listed {

@@ -224,6 +224,22 @@ WARMFRONT_INLINE EightOverlaps overlaps_of_blocks(const EightBounds<Bounds>& a, 
 }  // namespace
 
 WARMFRONT_TARGET_CLONES
+std::uint32_t first_corners(const EightCorners& corners) {
+  std::uint32_t repeated = 0;
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    for (std::uint32_t i = 0; i < 8; ++i) {
+      const auto vertex = static_cast<std::int32_t>(corners.vertex[k][i]);
+      for (std::uint32_t row = k; row < 3; ++row) {
+        std::uint32_t same = bits_of(load<Int8>(corners.vertex[row].data()) == vertex);
+        if (row == k) same &= 0xFEU << i;
+        repeated |= (same & 0xFFU) << (8 * row);
+      }
+    }
+  }
+  return ~repeated & 0xFFFFFFU;
+}
+
+WARMFRONT_TARGET_CLONES
 std::uint64_t sharing_pairs(const EightCorners& a, const EightCorners& b) {
   std::uint64_t pairs = 0;
   for (std::uint32_t i = 0; i < 8; ++i) {

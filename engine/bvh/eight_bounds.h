@@ -41,6 +41,9 @@ struct alignas(32) EightCorners {
   std::array<std::array<std::uint32_t, 8>, 3> vertex;
 };
 
+/// The corners, bit 8 k + i for corner k of slot i, whose vertex no bit below stands for: each vertex once.
+std::uint32_t first_corners(const EightCorners& corners);
+
 /// One bounds within a leaf: one of eight, or the leaf as a whole.
 struct OneOfLeaf {
   std::array<const std::int16_t*, 2> first;  ///< by end of the step

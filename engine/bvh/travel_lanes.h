@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -92,7 +93,10 @@ WARMFRONT_INLINE void advance_leaf(std::span<const PointBounds> bounds, double m
   for (BlockId block = first; block < end; ++block) {
     const std::uint32_t b = number_of(block);
     Displacements moved;
-    for (const std::uint32_t v : bvh.travel.block_vertices[b]) moved.see(bounds[v]);
+    for (std::uint32_t left = bvh.travel.first_corners[b]; left != 0; left &= left - 1) {
+      const auto first = static_cast<std::uint32_t>(std::countr_zero(left));
+      moved.see(bounds[bvh.leaves.corners[b].vertex[first / 8][first % 8]]);
+    }
     if (!bvh.travel.blocks.empty()) advance(moved, magnitude, bvh.travel.slack, bvh.travel.blocks[b]);
     of_leaf.see(moved);
   }

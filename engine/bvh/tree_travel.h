@@ -9,7 +9,7 @@
 
 #include "engine/bounds/moving.h"
 #include "engine/bvh/travel.h"
-#include "engine/scene.h"
+#include "engine/parallel/unwritten_list.h"
 #include "engine/scene/held_bytes.h"
 
 namespace warmfront {
@@ -60,7 +60,7 @@ struct TreeTravel {
   std::vector<NodeTravel> blocks;  ///< by block of a wide leaf, as a leaf's
   /// Both at the base that trials begin from, while there are trials; else of no use.
   std::vector<NodeTravel> base_nodes, base_blocks;
-  Csr block_vertices;       ///< by block, each once; no rows where there are no blocks
+  UnwrittenList<std::uint32_t> first_corners;  ///< by block, as first_corners(): its vertices, each once
   std::uint32_t slack = 0;  ///< what rounding can hide of a node's travel, in its units
 
   /// At an end of the last motion; kStart: of a trial.
@@ -72,7 +72,7 @@ struct TreeTravel {
   TrialTravel blocks_of_trial(bool off_base) const { return {blocks, off_base ? base_blocks : blocks}; }
 
   std::size_t memory_bytes() const {
-    return held_bytes(nodes, blocks, base_nodes, base_blocks) + block_vertices.memory_bytes();
+    return held_bytes(nodes, blocks, base_nodes, base_blocks, first_corners);
   }
 };
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 #include <vector>
 
@@ -85,6 +86,25 @@ TYPED_TEST(EightBoundsTest, SharingPairsAreFound) {
       ASSERT_EQ(sharing_pairs(a.corners, b.corners), 0U) << "of empty slots, trial " << trial;
     }
     ASSERT_EQ(transposed(sharing(a, b, false)), sharing(b, a, false)) << trial;
+  }
+}
+
+// A bit for each vertex, the first that could stand for it: of corners drawn from few vertices to many.
+TEST(FirstCorners, StandForEachVertexOnce) {
+  std::mt19937 random(5);
+  for (std::uint32_t trial = 0; trial < 2000; ++trial) {
+    const std::uint32_t vertices = 1 + trial % 40;
+    EightCorners corners;
+    std::map<std::uint32_t, std::uint32_t> first;  // bit, by vertex
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      for (std::uint32_t i = 0; i < 8; ++i) {
+        corners.vertex[k][i] = 0xFFFFFFF0U + static_cast<std::uint32_t>(random()) % vertices;
+        first.emplace(corners.vertex[k][i], 8 * k + i);
+      }
+    }
+    std::uint32_t expected = 0;
+    for (const auto& [vertex, bit] : first) expected |= 1U << bit;
+    ASSERT_EQ(first_corners(corners), expected) << trial;
   }
 }
 

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "engine/bounds/overlap.h"
 #include "engine/bvh/tree_travel.h"
@@ -217,6 +219,17 @@ void expect_apart_while_it_lasts() {
   EXPECT_GT(lasted, 1000U);
 }
 
+// Of a block, each once.
+template <class Bounds>
+std::vector<std::size_t> vertices_of(const Bvh<Bounds>& bvh, std::size_t block) {
+  std::vector<std::size_t> vertices;
+  for (std::uint32_t left = bvh.travel.first_corners[block]; left != 0; left &= left - 1) {
+    const int first = std::countr_zero(left);
+    vertices.push_back(bvh.leaves.corners[block].vertex[first / 8][first % 8]);
+  }
+  return vertices;
+}
+
 // Two thirds move away, then return one after the other: the middle of the displacements has not. A leaf's
 // sum of them must still keep the precision of budgets.
 template <class Bounds>
@@ -226,7 +239,7 @@ void expect_sums_within_reach() {
   const Bvh<Bounds>& bvh = hierarchy.bvh;
   const NodeTravel& travel = bvh.travel.nodes[number_of(bvh.shape.first_leaf())];
   const auto third = [&](std::size_t coordinate) {
-    const auto vertices = bvh.travel.block_vertices[0];
+    const auto vertices = vertices_of(bvh, 0);
     return (std::ranges::find(vertices, coordinate / 3) - vertices.begin()) % 3;
   };
   constexpr double kWay = 0.2;
