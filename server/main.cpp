@@ -72,6 +72,10 @@ int main(int argc, char** argv) {
   // busy daemon's time.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
 
+  // Past a limit of the process's files (RLIMIT_FSIZE) a write fails, and so does shared memory: as on a full
+  // disk, and not by the end of the daemon.
+  signal(SIGXFSZ, SIG_IGN);
+
   // Blocked before any thread starts, so that all inherit it and only the waits below receive them.
   sigset_t signals;
   sigemptyset(&signals);

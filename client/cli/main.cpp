@@ -2,6 +2,7 @@
 // `warmfront VERB`: the command line. Verbs run on this thread.
 #include <absl/synchronization/mutex.h>
 #include <malloc.h>
+#include <signal.h>
 #include <stdlib.h>
 
 #include <CLI/CLI.hpp>
@@ -138,6 +139,7 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
   warmfront::client::end_tidily();
+  signal(SIGXFSZ, SIG_IGN);  // a file past the process's limit is an error of its write
   // As in the daemon: Debian builds Abseil with deadlock detection on, which slows gRPC's locks.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   try {

@@ -2,15 +2,16 @@
 // /proc/self, by proc(5). Thread safety as stated in the header.
 #include "server/observe/process_stats.h"
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <string>
-#include <system_error>
 
 namespace warmfront::server {
 namespace {
@@ -24,19 +25,28 @@ double boot_time() {
   return seconds;
 }
 
-std::uint64_t count_open_files() {
-  std::error_code error;
+// Where no descriptor is left for the listing, one by one.
+std::uint64_t count_descriptors() {
+  rlimit most{};
+  if (getrlimit(RLIMIT_NOFILE, &most) != 0) return 0;
   std::uint64_t files = 0;
-  for (auto it = std::filesystem::directory_iterator("/proc/self/fd", error);
-       !error && it != std::filesystem::directory_iterator(); it.increment(error))
-    ++files;
-  return files > 0 ? files - 1 : 0;  // the listing is one itself
+  for (rlim_t file = 0; file < most.rlim_cur; ++file) files += fcntl(static_cast<int>(file), F_GETFD) != -1;
+  return files;
+}
+
+std::uint64_t count_open_files() {
+  const std::unique_ptr<DIR, int (*)(DIR*)> listing(opendir("/proc/self/fd"), closedir);
+  if (listing == nullptr) return count_descriptors();
+  std::uint64_t files = 0;
+  while (const dirent* entry = readdir(listing.get())) files += entry->d_name[0] != '.';
+  return files - 1;  // the listing is one itself
 }
 
 }  // namespace
 
 ProcessStats process_stats() {
   ProcessStats stats;
+  stats.open_files = count_open_files();
   std::ifstream file("/proc/self/stat");
   std::string line;
   std::getline(file, line);
@@ -53,7 +63,6 @@ ProcessStats process_stats() {
       if (number == 24) stats.resident_bytes = std::stoull(field) * static_cast<std::uint64_t>(getpagesize());
     }
   }
-  stats.open_files = count_open_files();
   rlimit files{};
   if (getrlimit(RLIMIT_NOFILE, &files) == 0) stats.max_files = files.rlim_cur;
   // To the nanosecond, where /proc counts ticks of 10 ms.

@@ -84,7 +84,7 @@ Result<FrameRange> read_range(const BenchArguments& arguments, const Input& inpu
 
 int bench_span(const BenchArguments& arguments, const BenchContext& context,
                std::span<const BenchSetting> settings, std::span<const std::vector<std::string>> groups) {
-  std::printf("%s", format_bench_context(context).c_str());
+  std::printf("%s", format_bench_context({context.machine, context.build}).c_str());
   for (const std::vector<std::string>& group : groups) {
     const Result<std::unique_ptr<Input>> input = open_input(group);
     if (!input) return failure(input.error().message);
@@ -195,25 +195,28 @@ Verb add_bench(CLI::App& app) {
   app.add_option("--report", a.report, "All contacts, or only those at the earliest time")
       ->check(CLI::IsMember({"all", "earliest"}))
       ->capture_default_str();
-  take_list(app.add_option("--threads-list", a.threads,
-                           "Numbers of threads to measure the default setting on; ablations run on the "
-                           "first. Default: 1, 2, 4, ... and the number of cores"))
-      ->check(CLI::Range(1, 1024));
-  take_list(
-      app.add_option("--ablations", a.ablations,
-                     "What to vary: none, all, or some of front (none, paper, warm, lazy), cones, bounds, "
-                     "found (bodies and rigid motion found by the collider), leaf (size), tier"))
-      ->check(CLI::IsMember({"none", "all", "front", "cones", "bounds", "found", "leaf", "tier"}))
-      ->capture_default_str();
+  CLI::Option* const threads =
+      take_list(app.add_option("--threads-list", a.threads,
+                               "Numbers of threads to measure the default setting on; ablations run on the "
+                               "first. Default: 1, 2, 4, ... and the number of cores"))
+          ->check(CLI::Range(1, 1024));
+  CLI::Option* const ablations =
+      take_list(app.add_option(
+                    "--ablations", a.ablations,
+                    "What to vary: none, all, or some of front (none, paper, warm, lazy), cones, bounds, "
+                    "found (bodies and rigid motion found by the collider), leaf (size), tier"))
+          ->check(CLI::IsMember({"none", "all", "front", "cones", "bounds", "found", "leaf", "tier"}))
+          ->capture_default_str();
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");
   app.add_option("--substeps", a.substeps, "Split each step linearly into this many substeps")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  app.add_option("--rounds", a.rounds,
-                 "Run everything this many times, in turn; times are medians of the rounds' means")
-      ->check(CLI::Range(1, 10'000))
-      ->capture_default_str();
+  CLI::Option* const rounds =
+      app.add_option("--rounds", a.rounds,
+                     "Run everything this many times, in turn; times are medians of the rounds' means")
+          ->check(CLI::Range(1, 10'000))
+          ->capture_default_str();
   app.add_option("--csv", a.csv_file, "Write the measurements as CSV; - for stdout, without other output")
       ->type_name("FILE");
   app.add_option("--json", a.json_file, "Write them as JSON; - for stdout, without other output")
@@ -222,11 +225,15 @@ Verb add_bench(CLI::App& app) {
                  "Write one plot per input into this folder: stage times of each setting")
       ->type_name("DIR");
   app.add_flag(
-      "--span", a.span,
-      "Instead, what each step forks into, recorded on one thread: its work, its longest chain, and the "
-      "speed-up of a greedy schedule on up to 128 cores; below it where the chain's time goes, its five "
-      "longest "
-      "places in the engine's source: in the tasks that are forked there, or after them, on one thread");
+         "--span", a.span,
+         "Instead, what each step forks into, recorded on one thread five times, each piece as long as it "
+         "was at best: its work, its longest chain, and the speed-up of a greedy schedule on up to 128 "
+         "cores; what the cores of this machine made of it, each step once and so with all noise; below it "
+         "where the chain's time goes, its five longest places in the engine's source: in the tasks that "
+         "are forked there, or after them, on one thread")
+      ->excludes(threads)
+      ->excludes(ablations)
+      ->excludes(rounds);
   app.footer(
       "Times and counts are those of a warm frame; the first step, which builds hierarchy and front, is "
       "reported separately\n(an input of one step has only that). To measure the effect of SIMD, set "

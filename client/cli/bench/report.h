@@ -14,7 +14,7 @@ namespace warmfront::client {
 struct BenchContext {
   BenchMachine machine;
   BenchBuild build;
-  std::uint32_t rounds = 0;
+  std::uint32_t rounds = 0;  ///< 0: times are of none
 };
 
 /// Two lines that name machine and build.

@@ -145,7 +145,8 @@ std::string format_bench_context(const BenchContext& context) {
          print(", %d cores, %.1f GB\n", machine.cores, static_cast<double>(machine.memory_bytes) / 1e9) +
          "build: warmfront " + (build.revision.empty() ? build.version : build.revision) + ", " +
          build.compiler + ", " + build.type + (build.flags.empty() ? "" : " " + build.flags) +
-         ", hot loops for " + build.instructions + print("; medians of %u rounds\n", context.rounds) +
+         ", hot loops for " + build.instructions +
+         (context.rounds > 0 ? print("; medians of %u rounds\n", context.rounds) : "\n") +
          (slow.empty() ? "" : "slow: " + slow + "\n");
 }
 

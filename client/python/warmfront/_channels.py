@@ -47,6 +47,10 @@ class ChannelPool:
         self._channels: list[Channel] = []
         self._closed = False
 
+    @property
+    def closed(self) -> bool:
+        return self._closed
+
     def take(self) -> Channel:
         """A channel with room for a call, to be given back when the call is over. FailedPreconditionError once
         closed."""

@@ -301,6 +301,10 @@ class Connection:
         request = admin_service_pb2.DeleteAnySessionRequest(session_id=session_id, principal=principal)
         self._call(lambda channel: channel.admin.DeleteAnySession, request, session_id)
 
+    @property
+    def closed(self) -> bool:
+        return self._channels.closed
+
     def close(self) -> None:
         self._channels.close()
         if self._private is not None:

@@ -79,6 +79,7 @@ class StepStream:
     def __init__(self, connection: Connection, session_id: str, traceparent: str = "") -> None:
         """traceparent: as of Connection.metadata()."""
         self._requests: queue.SimpleQueue[Optional[bytes]] = queue.SimpleQueue()
+        self._connection = connection
         self._call = connection.stream(_serve(self._requests), session_id, traceparent)
         self._watchdog = _Watchdog(self._call)
         self._is_open = True
@@ -89,6 +90,8 @@ class StepStream:
     def write(self, message: bytes) -> None:
         """Sends a serialized v1.StreamStepsRequest. Accepted even if the stream is over: reads report that."""
         if self._packets is not None:
+            if self._connection.closed:  # packets would go on until the daemon knows
+                self.close()
             try:
                 if len(message) <= MOST_BYTES:
                     self._packets.send(message)

@@ -50,6 +50,16 @@ TEST(AccountTest, RefusalsNameTheSettingAndChangeNothing) {
   EXPECT_EQ(budget.used(), 600u);
 }
 
+// Found by a user: a limit that was lowered to another one does not rise by itself.
+TEST(AccountTest, ARefusalNamesTheSettingThatHelps) {
+  Budget budget(1000);
+  const auto of_all = Account::open(budget, 1000, 1001);
+  ASSERT_FALSE(of_all.ok());
+  EXPECT_STREQ(of_all.fault().limit, "max-total-bytes");
+  EXPECT_THAT(of_all.fault().message, HasSubstr("raise --max-total-bytes"));
+  EXPECT_THAT(Account::open(budget, 999, 1000).fault().message, HasSubstr("raise --max-session-bytes"));
+}
+
 TEST(AccountTest, WhatNeverFitsIsNotWorthTryingAgain) {
   Budget budget(1000);
   const auto never = Account::open(budget, 5000, 1001);

@@ -7,18 +7,22 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <ctime>
 #include <regex>
+#include <vector>
 
 #include "server/observe/liveness.h"
 #include "server/observe/metrics_text.h"
+#include "server/observe/process_stats.h"
 #include "server/process/systemd.h"
 #include "tests/unit/server/http_get.h"
 #include "tests/unit/server/service_fixture.h"
@@ -127,6 +131,28 @@ TEST_F(MetricsTest, AreServedWithHealthAndReadiness) {
   EXPECT_TRUE(daemon_->drain());
   EXPECT_THAT(get(port, "/healthz"), HasSubstr("HTTP/1.1 200"));
   EXPECT_THAT(get(port, "/readyz"), HasSubstr("HTTP/1.1 503"));
+}
+
+// Found by a user: without a descriptor for the listing there seemed to be none.
+TEST(ProcessStatsTest, OpenFilesAreCountedWhereNoneIsLeft) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit few = before;
+  few.rlim_cur = std::min<rlim_t>(before.rlim_cur, 1024);
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  std::vector<int> files;
+  for (int file = 0; file >= 0;) {
+    file = dup(STDIN_FILENO);
+    if (file >= 0) files.push_back(file);
+  }
+  const int reason = errno;
+  const std::uint64_t all = server::process_stats().open_files;
+  for (const int file : files) close(file);
+  const std::uint64_t others = server::process_stats().open_files;
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_EQ(reason, EMFILE);
+  EXPECT_GT(files.size(), 10U);
+  EXPECT_EQ(all, others + files.size());
 }
 
 TEST_F(MetricsTest, ReportWhyTheyAreNotServed) {

@@ -41,6 +41,19 @@ def both(daemon):
         yield made
 
 
+def test_a_closed_client_sends_nothing_more(daemon, monkeypatch):
+    """Packets went on until the daemon knew of the close: here it never does."""
+    client = warmfront.connect(daemon.address)
+    session = client.session(waves(0), sheet_faces(), options=OPTIONS)
+    session.step(waves(1))
+    assert session.shares_memory
+    for channel in client._connection._channels._channels:
+        monkeypatch.setattr(channel.channel, "close", lambda: None)
+    client.close()
+    with pytest.raises(warmfront.FailedPreconditionError, match="the client is closed"):
+        session.step(waves(2))
+
+
 def test_every_question_has_the_same_answer(both):
     for frame in range(1, 6):
         steps = [session.step(waves(frame)) for session in both]
