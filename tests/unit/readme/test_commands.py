@@ -52,7 +52,7 @@ def shorter(command):
     if re.search(r"\bwarmfront load\b", command):
         command += "" if "--duration" in command else " --duration 300ms"
         command += " --warmup 0s"
-    if re.search(r"\bwarmfront (bench|accuracy)\b", command) and "--rounds" not in command:
+    if re.search(r"\bwarmfront (bench|accuracy)\b", command) and not re.search("--rounds|--span", command):
         command += " --rounds 1"
     return command
 
