@@ -3,11 +3,11 @@
 #include "server/observe/process_stats.h"
 
 #include <dirent.h>
-#include <fcntl.h>
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -25,18 +25,14 @@ double boot_time() {
   return seconds;
 }
 
-// Where no descriptor is left for the listing, one by one.
-std::uint64_t count_descriptors() {
-  rlimit most{};
-  if (getrlimit(RLIMIT_NOFILE, &most) != 0) return 0;
-  std::uint64_t files = 0;
-  for (rlim_t file = 0; file < most.rlim_cur; ++file) files += fcntl(static_cast<int>(file), F_GETFD) != -1;
-  return files;
+std::uint64_t most_open_files() {
+  rlimit files{};
+  return getrlimit(RLIMIT_NOFILE, &files) == 0 ? files.rlim_cur : 0;
 }
 
 std::uint64_t count_open_files() {
   const std::unique_ptr<DIR, int (*)(DIR*)> listing(opendir("/proc/self/fd"), closedir);
-  if (listing == nullptr) return count_descriptors();
+  if (listing == nullptr) return errno == EMFILE ? most_open_files() : 0;  // none is free: all are open
   std::uint64_t files = 0;
   while (const dirent* entry = readdir(listing.get())) files += entry->d_name[0] != '.';
   return files - 1;  // the listing is one itself
@@ -63,8 +59,7 @@ ProcessStats process_stats() {
       if (number == 24) stats.resident_bytes = std::stoull(field) * static_cast<std::uint64_t>(getpagesize());
     }
   }
-  rlimit files{};
-  if (getrlimit(RLIMIT_NOFILE, &files) == 0) stats.max_files = files.rlim_cur;
+  stats.max_files = most_open_files();
   // To the nanosecond, where /proc counts ticks of 10 ms.
   timespec used{};
   if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used) == 0)

@@ -32,19 +32,24 @@ bool shares_memory(pid_t process) {
   return maps.str().find("/memfd:") != std::string::npos;
 }
 
+/// Steps of a new session have the right answers.
+void expect_steps(client::Session& session, const MovingGrids& grids) {
+  const std::vector<std::uint64_t> expected = local_hashes(grids, 0, 3);
+  for (std::uint64_t k = 1; k <= 3; ++k) {
+    const std::vector<double> next = grids.positions(k);
+    const auto answer = session.step(Frame(std::span<const double>(next)));
+    ASSERT_TRUE(answer.ok()) << answer.error().message;
+    EXPECT_EQ(test::hash_of(answer.value()), expected[k - 1]);
+  }
+}
+
 // Found by a user: the signal that the system sends where a file would exceed the limit ended the daemon.
 TEST_F(FaultTable, Row23_FilesMayNotGrowToShareMemory) {
   daemon_->limit(RLIMIT_FSIZE, 4096);
   client::Client client = client::Client::connect(daemon_->socket()).value();
   client::Session session =
       client.create_session(grids_.scene(), std::span<const double>(grids_.positions(0))).value();
-  const std::vector<std::uint64_t> expected = local_hashes(grids_, 0, 3);
-  for (std::uint64_t k = 1; k <= 3; ++k) {
-    const std::vector<double> next = grids_.positions(k);
-    const auto answer = session.step(Frame(std::span<const double>(next)));
-    ASSERT_TRUE(answer.ok()) << answer.error().message;
-    EXPECT_EQ(test::hash_of(answer.value()), expected[k - 1]);
-  }
+  ASSERT_NO_FATAL_FAILURE(expect_steps(session, grids_));
   EXPECT_FALSE(shares_memory(daemon_->pid()));
 }
 
@@ -57,13 +62,7 @@ TEST_F(FaultTable, Row23_NoFilesLeftToShareMemory) {
   const auto steps_of_a_new_session = [&](bool shared) {
     client::Session session =
         client.create_session(grids_.scene(), std::span<const double>(grids_.positions(0))).value();
-    const std::vector<std::uint64_t> expected = local_hashes(grids_, 0, 3);
-    for (std::uint64_t k = 1; k <= 3; ++k) {
-      const std::vector<double> next = grids_.positions(k);
-      const auto answer = session.step(Frame(std::span<const double>(next)));
-      ASSERT_TRUE(answer.ok()) << answer.error().message;
-      EXPECT_EQ(test::hash_of(answer.value()), expected[k - 1]);
-    }
+    ASSERT_NO_FATAL_FAILURE(expect_steps(session, grids_));
     EXPECT_EQ(shares_memory(daemon_->pid()), shared);
     EXPECT_TRUE(session.close().ok());
   };
