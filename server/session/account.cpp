@@ -36,14 +36,14 @@ bool Budget::try_take(std::size_t bytes) {
 
 Outcome<std::shared_ptr<Account>> Account::open(Budget& budget, std::size_t limit, std::size_t reserved,
                                                 std::shared_ptr<Budget> of_principal) {
-  if (reserved > limit) {
-    // Sessions may hold no more than all may.
-    const char* const setting = limit < budget.limit() ? "max-session-bytes" : "max-total-bytes";
+  if (reserved > limit)
+    // Where a session may hold as much as all together, a higher --max-session-bytes alone is lowered again.
     return limit_met("vertex_count, face_count, filters: a session of this size takes about " +
                          describe_bytes(reserved) + ", and one may hold " + describe_bytes(limit) +
-                         "; split the scene, or raise --" + setting,
-                     setting, false);
-  }
+                         "; split the scene, or raise " +
+                         (limit < budget.limit() ? "" : "--max-total-bytes, which is met as well, and ") +
+                         "--max-session-bytes",
+                     "max-session-bytes", false);
   if (!budget.try_take(reserved)) return budget.exceeded(reserved);
   if (of_principal && !of_principal->try_take(reserved)) {
     budget.give(reserved);

@@ -55,8 +55,9 @@ TEST(AccountTest, ARefusalNamesTheSettingThatHelps) {
   Budget budget(1000);
   const auto of_all = Account::open(budget, 1000, 1001);
   ASSERT_FALSE(of_all.ok());
-  EXPECT_STREQ(of_all.fault().limit, "max-total-bytes");
-  EXPECT_THAT(of_all.fault().message, HasSubstr("raise --max-total-bytes"));
+  EXPECT_STREQ(of_all.fault().limit, "max-session-bytes");
+  EXPECT_THAT(of_all.fault().message,
+              HasSubstr("raise --max-total-bytes, which is met as well, and --max-session-bytes"));
   EXPECT_THAT(Account::open(budget, 999, 1000).fault().message, HasSubstr("raise --max-session-bytes"));
 }
 
