@@ -11,6 +11,7 @@
 
 #include "proto/command_line/unknown_option.h"
 #include "server/config_file.h"
+#include "server/config_remarks.h"
 #include "server/settings.h"
 #include "server/version.h"
 
@@ -23,7 +24,19 @@ struct Layer {
   Origin origin;
   std::map<std::string, std::vector<std::string>> values;  ///< by setting name
   std::function<std::string(const std::string&)> where;    ///< how a setting is called in this layer
+  /// In a file; 0 elsewhere.
+  std::function<unsigned(const std::string&)> line = [](const std::string&) { return 0U; };
 };
+
+/// In words, by their line.
+using Mistakes = std::multimap<unsigned, std::string>;
+
+/// All of them, each in a line of its own.
+Status status_of(const Mistakes& mistakes) {
+  std::string all;
+  for (const auto& [line, why] : mistakes) all.append(all.empty() ? "" : "\nwarmfrontd: ").append(why);
+  return mistakes.empty() ? Status{} : invalid_argument(all);
+}
 
 constexpr std::string_view kPrefix = "WARMFRONT_";
 
@@ -65,7 +78,7 @@ bool is_setting(const std::string& name) {
 }
 
 Layer environment_layer(const Environment& environment) {
-  Layer layer{Origin::kEnvironment, {}, variable_of};
+  Layer layer{.origin = Origin::kEnvironment, .values = {}, .where = variable_of};
   for (const Setting& setting : settings()) {
     for (const std::string& name : names_of(setting)) {
       const auto found = environment.find(variable_of(name));
@@ -108,43 +121,56 @@ std::string meant_by(std::string name) {
   return nearest.empty() ? "--print-config lists them" : "the nearest is " + std::string(nearest);
 }
 
-Result<Layer> file_layer(const std::string& path) {
-  auto file = read_config_file(path);
-  if (!file) return file.error();
-  for (const auto& [name, place] : file.value().places)
-    if (!is_setting(name)) return invalid_argument(place + ": " + name + " is no setting; " + meant_by(name));
-  const auto where = [path, places = file.value().places](const std::string& name) {
-    const auto place = places.find(name);
-    return (place == places.end() ? path : place->second) + ": " + name;
-  };
-  return Layer{Origin::kFile, std::move(file.value().values), where};
-}
-
-Status apply(const Layer& layer, ResolvedConfig& resolved) {
+/// Sets what `layer` has. What it cannot set is a mistake, by line; all are looked at.
+void apply(const Layer& layer, ResolvedConfig& resolved, Mistakes& mistakes) {
   std::size_t row = 0;
   for (const Setting& setting : settings()) {
     Origin& origin = resolved.origins[row++];
     for (const std::string& name : names_of(setting)) {
       const auto found = layer.values.find(name);
       if (found == layer.values.end()) continue;
-      const std::string where = layer.where(name);
+      const std::vector<std::string>& values = found->second;
+      const auto wrong = [&](const std::string& why) {
+        mistakes.emplace(layer.line(name), layer.where(name) + ": " + why);
+      };
       if (name != setting.name) {
         const std::string now = layer.where(setting.name);
-        if (layer.values.contains(setting.name))
-          return invalid_argument(where + ": it is the former name of " + now + ", which is set too");
-        resolved.remarks.push_back(where + ": its name is " + now + " now; the former one will go");
+        if (layer.values.contains(setting.name)) {
+          wrong("it is the former name of " + now + ", which is set too");
+          continue;
+        }
+        resolved.remarks.push_back(layer.where(name) + ": its name is " + now +
+                                   " now; the former one will go");
       }
-      const std::vector<std::string>& values = found->second;
       if (setting.kind != Setting::Kind::kList && values.size() != 1)
-        return invalid_argument(where + ": one value is expected");
-      if (!std::ranges::all_of(values, is_plain_text))
-        return invalid_argument(where + ": UTF-8 text without control characters is expected");
-      if (const Status set = setting.set(resolved.config, values); !set)
-        return invalid_argument(where + ": " + set.error().message);
-      origin = layer.origin;
+        wrong("one value is expected");
+      else if (!std::ranges::all_of(values, is_plain_text))
+        wrong("UTF-8 text without control characters is expected");
+      else if (const Status set = setting.set(resolved.config, values); !set)
+        wrong(set.error().message);
+      else
+        origin = layer.origin;
     }
   }
-  return {};
+}
+
+Status apply_file(const std::string& path, ResolvedConfig& resolved) {
+  const Result<ConfigFile> read = read_config_file(path);
+  if (!read) return read.error();
+  const ConfigFile& file = read.value();
+  const auto line = [&file](const std::string& name) {
+    const auto found = file.lines.find(name);
+    return found == file.lines.end() ? 0 : found->second;
+  };
+  const auto where = [&](const std::string& name) {
+    return (line(name) == 0 ? path : place_of(path, line(name))) + ": " + name;
+  };
+  Mistakes mistakes;
+  for (const auto& [at, why] : file.mistakes) mistakes.emplace(at, place_of(path, at) + ": " + why);
+  for (const auto& [name, at] : file.lines)
+    if (!is_setting(name)) mistakes.emplace(at, where(name) + " is no setting; " + meant_by(name));
+  apply({Origin::kFile, file.values, where, line}, resolved, mistakes);
+  return status_of(mistakes);
 }
 
 const char* name_of(Origin origin) {
@@ -163,14 +189,13 @@ const char* name_of(Origin origin) {
 
 Status apply_layers(const Layer& flags, const Environment& environment, const std::string& path,
                     ResolvedConfig& resolved) {
-  if (!path.empty()) {
-    const Result<Layer> file = file_layer(path);
-    if (!file) return file.error();
-    if (const Status applied = apply(file.value(), resolved); !applied) return applied;
-  }
+  if (!path.empty())
+    if (const Status applied = apply_file(path, resolved); !applied) return applied;
   if (const Status checked = check_variables(environment, resolved.remarks); !checked) return checked;
-  if (const Status applied = apply(environment_layer(environment), resolved); !applied) return applied;
-  return apply(flags, resolved);
+  Mistakes mistakes;
+  apply(environment_layer(environment), resolved, mistakes);
+  apply(flags, resolved, mistakes);
+  return status_of(mistakes);
 }
 
 CLI::Option* add_flag(CLI::App& app, const Setting& setting, const std::string& name,
@@ -243,12 +268,14 @@ std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* ar
   if (const auto found = environment.find("WARMFRONT_CONFIG"); path.empty() && found != environment.end())
     path = found->second;
   resolved.origins.assign(settings().size(), Origin::kDefault);
-  const Layer flag_layer{Origin::kFlag, std::move(flags),
-                         [](const std::string& name) { return "--" + name; }};
+  const Layer flag_layer{.origin = Origin::kFlag,
+                         .values = std::move(flags),
+                         .where = [](const std::string& name) { return "--" + name; }};
   if (const Status applied = apply_layers(flag_layer, environment, path, resolved); !applied) {
     err << "warmfrontd: " << applied.error().message << "\n";
     return kExitUsage;
   }
+  for (std::string& remark : contradictions(resolved.config)) resolved.remarks.push_back(std::move(remark));
   if (resolved.print_only)  // what would be in force; a daemon that starts says it in its log
     for (std::string& reason : fit_to_memory(resolved.config.limits))
       resolved.remarks.push_back(std::move(reason));

@@ -37,10 +37,6 @@ std::optional<std::vector<std::string>> values_of(const toml::node& node) {
   return values;
 }
 
-std::string place_of(const std::string& path, const toml::source_region& where) {
-  return path + ": line " + std::to_string(where.begin.line);
-}
-
 std::string why_not(const toml::key& key, const toml::node& node) {
   const std::string name(key.str());
   const auto* array = node.as_array();
@@ -53,6 +49,10 @@ std::string why_not(const toml::key& key, const toml::node& node) {
 
 }  // namespace
 
+std::string place_of(const std::string& path, unsigned line) {
+  return path + ": line " + std::to_string(line);
+}
+
 Result<ConfigFile> read_config_file(const std::string& path) {
   const Result<std::string> text = read_small_file("config", path);
   if (!text) return text.error();
@@ -60,17 +60,20 @@ Result<ConfigFile> read_config_file(const std::string& path) {
     const toml::table table = toml::parse(text.value(), path);
     ConfigFile file;
     for (const auto& [key, node] : table) {
-      const std::string place = place_of(path, key.source());
+      const unsigned line = key.source().begin.line;
       std::optional<std::vector<std::string>> found = values_of(node);
-      if (!found) return invalid_argument(place + ": " + why_not(key, node));
-      file.values.emplace(key.str(), *std::move(found));
-      file.places.emplace(key.str(), place);
+      if (found) {
+        file.values.emplace(key.str(), *std::move(found));
+        file.lines.emplace(key.str(), line);
+      } else {
+        file.mistakes.emplace(line, why_not(key, node));
+      }
     }
     return file;
   } catch (const toml::parse_error& error) {
     const std::string what(error.description());
     const bool twice = what.find("redefine") != std::string::npos;
-    return invalid_argument(place_of(path, error.source()) + ": " + what +
+    return invalid_argument(place_of(path, error.source().begin.line) + ": " + what +
                             (twice ? "" : "; text is written in quotes, as in log-level = \"debug\""));
   }
 }

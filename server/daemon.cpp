@@ -178,6 +178,7 @@ struct Daemon::Impl {
 
   /// The token file's words go before the configuration's.
   void set_quotas() {
+    warn_of_principals_without_token(context.log, guard->without_token(quotas));
     Quotas all = guard->quotas();
     all.insert(quotas.begin(), quotas.end());
     context.tenants.set_quotas(std::move(all));
@@ -284,7 +285,9 @@ bool Daemon::reload() {
   // Who lost its rights loses its streams, too; whatever became of the rest.
   impl_->context.lifecycle.enforce_rights();
   impl_->context.log.write(reloaded ? LogLevel::kInfo : LogLevel::kError, "reloaded",
-                           {{"ok", reloaded.ok()}, {"reason", reloaded ? "" : reloaded.error().message}});
+                           {{"ok", reloaded.ok()},
+                            {"read", what_is_read_again(*impl_->guard, impl_->certificates != nullptr)},
+                            {"reason", reloaded ? "" : reloaded.error().message}});
   impl_->context.audit->record({.action = "reload",
                                 .principal = "signal",
                                 .code = reloaded ? 0 : to_grpc_code(reloaded.error().code),

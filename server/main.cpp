@@ -13,11 +13,15 @@
 #include <iostream>
 #include <memory>
 #include <semaphore>
+#include <sstream>
+#include <string>
 #include <thread>
 #include <variant>
+#include <vector>
 
 #include "proto/command_line/baseline_build.h"
 #include "server/config.h"
+#include "server/config_remarks.h"
 #include "server/daemon.h"
 #include "server/log.h"
 #include "server/observe/grpc_log.h"
@@ -51,6 +55,20 @@ void force_exit_after(const sigset_t& signals, std::chrono::milliseconds timeout
       std::_Exit(kExitFailed);
     }
   }).detach();
+}
+
+/// A reload does not take settings over; who changed the file hears it.
+void log_what_is_not_in_force(int argc, char** argv, const warmfront::server::Config& running,
+                              warmfront::server::Log& log) {
+  using namespace warmfront::server;
+  std::ostringstream out, mistakes;
+  const auto read = resolve_config(argc, argv, warmfront_variables(environ), out, mistakes);
+  const auto* const resolved = std::get_if<ResolvedConfig>(&read);
+  for (const std::string& reason :
+       resolved == nullptr
+           ? std::vector{"the daemon would not start with the configuration as it is now: " + mistakes.str()}
+           : not_in_force(running, resolved->config))
+    log.write(LogLevel::kWarning, "configuration", {{"reason", reason}});
 }
 
 }  // namespace
@@ -122,7 +140,10 @@ int main(int argc, char** argv) {
                                    if (daemon.value()->alive()) notify_systemd("WATCHDOG=1");
                                  });
   int signal = 0;
-  while (sigwait(&handled, &signal) == 0 && signal == SIGHUP) daemon.value()->reload();
+  while (sigwait(&handled, &signal) == 0 && signal == SIGHUP) {
+    daemon.value()->reload();
+    log_what_is_not_in_force(argc, argv, config, log);
+  }
   drain_begins.release();
   notify_systemd("STOPPING=1");
   const bool delivered = daemon.value()->drain();

@@ -24,10 +24,11 @@ constexpr milliseconds kCertificateGlance{500};
 struct ConnectionCounts {
   std::array<std::uint64_t, Http2Guard::kVerdicts> ended = connections_ended();
   std::uint64_t refused = connections_refused();
+  std::uint64_t without_files = connections_without_files();
 };
 
-/// One line for those that were ended since `seen`, and one for those that were refused; `seen` is brought up
-/// to date. Whoever floods the daemon does not flood its log.
+/// One line for those that were ended since `seen`, and one for each reason to refuse them; `seen` is brought
+/// up to date. Whoever floods the daemon does not flood its log.
 void log_connections(Log& log, ConnectionCounts& seen) {
   const ConnectionCounts counts;
   const auto& now = counts.ended;
@@ -43,6 +44,10 @@ void log_connections(Log& log, ConnectionCounts& seen) {
   if (counts.refused > seen.refused)
     log.write(LogLevel::kWarning, "connections_refused",
               {{"count", counts.refused - seen.refused}, {"reason", "max-connections-per-address"}});
+  if (counts.without_files > seen.without_files)
+    log.write(LogLevel::kWarning, "connections_refused",
+              {{"count", counts.without_files - seen.without_files},
+               {"reason", "no file descriptor is left; raise the limit (ulimit -n, LimitNOFILE)"}});
   seen = counts;
 }
 

@@ -25,6 +25,21 @@ void warn_of_readable_secrets(Log& log, const Config& config) {
                                              "replace what it holds if there are such users"}});
 }
 
+void warn_of_principals_without_token(Log& log, const std::vector<std::string>& principals) {
+  for (const std::string& principal : principals)
+    log.write(LogLevel::kWarning, "configuration",
+              {{"principal", principal},
+               {"reason", "admins or quotas name a principal that has no line in the token file"}});
+}
+
+std::string what_is_read_again(const Guard& guard, bool certificates) {
+  std::string words;
+  if (const std::optional<std::size_t> tokens = guard.token_count())
+    words = "token file (" + std::to_string(*tokens) + (*tokens == 1 ? " token" : " tokens") + " in force)";
+  if (certificates) words += words.empty() ? "certificates" : ", certificates";
+  return words.empty() ? "nothing: there is neither a token file nor a certificate" : words;
+}
+
 void warn_of_slow_instructions(Log& log) {
   if (const std::string reason = why_instructions_are_slow(); !reason.empty())
     log.write(LogLevel::kWarning, "slow_instructions", {{"reason", reason}});

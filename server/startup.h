@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a daemon's configuration names outside of it, looked at once before anything is served.
+// What a daemon's configuration names outside of it, looked at before anything is served and at a reload.
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "engine/result.h"
 #include "server/auth/certificates.h"
+#include "server/auth/guard.h"
 #include "server/config.h"
 #include "server/log.h"
 #include "server/process/socket_lock.h"
@@ -22,6 +24,12 @@ Result<std::shared_ptr<Certificates>> certificates_of(const Config& config, Log&
 
 /// Once at each start: a token or key that every user may read is theirs as well.
 void warn_of_readable_secrets(Log& log, const Config& config);
+
+/// At each start and reload: a name that nobody has may be a mistake in writing.
+void warn_of_principals_without_token(Log& log, const std::vector<std::string>& principals);
+
+/// For the log.
+std::string what_is_read_again(const Guard& guard, bool certificates);
 
 /// Once at each start, where the machine lacks what the build's hot loops are for.
 void warn_of_slow_instructions(Log& log);

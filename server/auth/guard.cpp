@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -15,7 +16,7 @@ namespace {
 
 constexpr const char* kHow =
     "send one of the daemon's token file in the metadata \"authorization\", once, as \"Bearer TOKEN\" "
-    "(our clients: --token-file)";
+    "(our command line: --token-file; our libraries: token_file of Security)";
 
 Fault unauthenticated(std::string message) {
   return {ErrorCode::kUnauthenticated, Reason::kUnauthenticated, std::move(message)};
@@ -69,6 +70,20 @@ std::shared_ptr<const Tokens> Guard::tokens() const {
 Quotas Guard::quotas() const {
   const std::shared_ptr<const Tokens> tokens = this->tokens();
   return tokens ? tokens->quotas() : Quotas{};
+}
+
+std::optional<std::size_t> Guard::token_count() const {
+  const std::shared_ptr<const Tokens> tokens = this->tokens();
+  return tokens ? std::optional(tokens->size()) : std::nullopt;
+}
+
+std::vector<std::string> Guard::without_token(const Quotas& named) const {
+  const std::shared_ptr<const Tokens> tokens = this->tokens();
+  if (!tokens) return {};
+  std::set<std::string> principals(settings_.admins.begin(), settings_.admins.end());
+  for (const auto& [principal, quota] : named) principals.insert(principal);
+  std::erase_if(principals, [&](const std::string& principal) { return tokens->name(principal); });
+  return {principals.begin(), principals.end()};
 }
 
 Outcome<Principal> Guard::identify(const grpc::ServerContextBase& call) const {

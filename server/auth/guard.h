@@ -4,7 +4,9 @@
 
 #include <grpcpp/server_context.h>
 
+#include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,11 @@ class Guard {
 
   /// What the token file says that principals may have.
   Quotas quotas() const;
+
+  /// How many tokens there are; nothing without a token file.
+  std::optional<std::size_t> token_count() const;
+  /// Those of --admins, and of `named`, who have no token where tokens say who calls.
+  std::vector<std::string> without_token(const Quotas& named) const;
 
   const Settings& settings() const { return settings_; }
   /// Whether callers are told apart.

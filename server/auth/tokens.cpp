@@ -65,6 +65,10 @@ Result<Tokens> Tokens::parse(std::string_view text) {
   return tokens;
 }
 
+bool Tokens::name(std::string_view principal) const {
+  return std::ranges::any_of(entries_, [&](const Entry& e) { return e.principal.name == principal; });
+}
+
 Result<Tokens> Tokens::read(const std::string& path) {
   const Result<std::string> text = read_small_file("token-file", path);
   if (!text) return text.error();

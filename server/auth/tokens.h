@@ -31,6 +31,8 @@ class Tokens {
 
   /// Compares with every token, and every character of it, so that the time taken tells nothing but lengths.
   std::optional<Principal> find(std::string_view token) const;
+  /// Whether a token is this principal's.
+  bool name(std::string_view principal) const;
   std::size_t size() const { return entries_.size(); }
   /// Of those principals of whom something is said.
   const Quotas& quotas() const { return quotas_; }

@@ -4,27 +4,24 @@
 
 #include <grpc/support/log.h>
 
+#include <array>
 #include <atomic>
+#include <cstdint>
 #include <exception>
-#include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 
-#include "server/annotations.h"
+#include "server/observe/repeats.h"
 
 namespace warmfront::server {
 namespace {
 
 std::atomic<Log*> target{nullptr};
 
-struct Throttle {
-  Mutex mutex;
-  Repeats repeats WARMFRONT_GUARDED_BY(mutex);
-};
-
 /// Never deleted: threads of gRPC may speak until the process is gone.
-Throttle& throttle() {
-  static Throttle& one = *new Throttle;
+Repeats& repeats() {
+  static Repeats& one = *new Repeats;
   return one;
 }
 
@@ -45,10 +42,7 @@ void write(Log& log, const gpr_log_func_args& said) noexcept try {
   const std::string_view words = said.message;
   std::optional<std::uint64_t> left_out = 0;
   // What somebody turned on to search for a fault is wanted whole.
-  if (said.severity == GPR_LOG_SEVERITY_ERROR) {
-    const MutexLock lock(throttle().mutex);
-    left_out = throttle().repeats.admit(words, std::chrono::steady_clock::now());
-  }
+  if (said.severity == GPR_LOG_SEVERITY_ERROR) left_out = repeats().admit(words);
   if (!left_out) return;
   const std::string where = std::string(said.file) + ":" + std::to_string(said.line);
   if (const std::string_view why = why_handshake_failed(words); !why.empty())
@@ -84,17 +78,6 @@ std::string_view why_handshake_failed(std::string_view said) {
   for (const auto& [words, reason] : kReasons)
     if (said.find(words) != std::string_view::npos) return reason;
   return "the client and the daemon could not agree on TLS";
-}
-
-std::optional<std::uint64_t> Repeats::admit(std::string_view words,
-                                            std::chrono::steady_clock::time_point now) {
-  Place& place = places_[std::hash<std::string_view>{}(words) % places_.size()];
-  if (place.last && now - *place.last < std::chrono::seconds(1)) {
-    ++place.left_out;
-    return std::nullopt;
-  }
-  place.last = now;
-  return std::exchange(place.left_out, 0);
 }
 
 void log_what_grpc_says(Log& log) {

@@ -27,6 +27,7 @@ struct Reserve {
   std::array<int, 16> left_waiting WARMFRONT_GUARDED_BY(mutex) = none();
   /// Whether one of the two above is not as it should be; to be asked without the lock.
   std::atomic<bool> lacking{false};
+  std::atomic<std::uint64_t> refused{0};
 
   static std::array<int, 16> none() {
     std::array<int, 16> files{};
@@ -62,7 +63,10 @@ bool refuse_waiting(Reserve& reserve, int listener) WARMFRONT_REQUIRES(reserve.m
     close(std::exchange(reserve.file, -1));
     const int connection = accept_now(listener, nullptr, nullptr, SOCK_CLOEXEC);
     const int error = errno;
-    if (connection >= 0) close(connection);
+    if (connection >= 0) {
+      close(connection);
+      ++reserve.refused;
+    }
     take_back(reserve);
     // Without a file again: someone else was faster.
     if (connection < 0 && (error == EMFILE || error == ENFILE)) return false;
@@ -84,6 +88,10 @@ void refuse_connections_without_files() {
   Reserve& reserve = shared_reserve();
   const MutexLock lock(reserve.mutex);
   take_back(reserve);
+}
+
+std::uint64_t connections_without_files() {
+  return shared_reserve().refused;
 }
 
 void refuse_connections_left_waiting() {

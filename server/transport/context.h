@@ -13,6 +13,7 @@
 #include "server/log.h"
 #include "server/observe/audit.h"
 #include "server/observe/metrics.h"
+#include "server/observe/repeats.h"
 #include "server/observe/tracer.h"
 #include "server/process/lifecycle.h"
 #include "server/session/account.h"
@@ -55,6 +56,9 @@ struct Context {
   /// As many as compute: each may take the steps of its clients. Two at least (PacketSockets::listen()).
   int packet_threads() const { return std::max(2, workers->threads()); }
 
+  /// Who calls. A call of nobody known leaves a line in the log.
+  Outcome<Principal> identify(const grpc::ServerContextBase& call);
+
   /// The status that ends a call or a frame; counted.
   grpc::Status refuse(const Fault& fault, Tenant* tenant = nullptr) {
     count_refused(fault, tenant);
@@ -79,6 +83,7 @@ struct Context {
   Gate frames;   ///< accepted and not yet computed
   Tenants tenants;
   Store store;
+  Repeats refusals;                            ///< in the log
   std::atomic<std::uint64_t> shared_bytes{0};  ///< of memory that streams share with their clients
   MemoryDesk* memory_desk = nullptr;       ///< null where no memory is shared; set before the first call
   std::shared_ptr<Recordings> recordings;  ///< null where nothing is recorded; set before the first call

@@ -149,16 +149,21 @@ void CreateCall::log_created(const Session& session) const {
 }
 
 void CreateCall::log_refused(const Fault& fault) const {
+  const char* const code_name = wire::canonical_name(wire::canonical_code(fault.code));
+  // Whoever tries again and again fills no disk.
+  const auto left_out = context_.refusals.admit(principal_.name + " " + code_name + " " + fault.limit);
+  if (!left_out) return;
   const CallTag tag = call_tag(call_);
   const SessionId* id = upload_ ? upload_->id() : nullptr;
   context_.log.write(LogLevel::kInfo, "create_refused",
                      {{"session", id != nullptr ? id->text() : std::string()},
                       {"principal", principal_.name},
                       {"code", std::int64_t{to_grpc_code(fault.code)}},
-                      {"code_name", wire::canonical_name(wire::canonical_code(fault.code))},
+                      {"code_name", code_name},
                       {"reason", fault.message},
                       {"request_id", tag.request_id},
-                      {"traceparent", tag.traceparent}});
+                      {"traceparent", tag.traceparent},
+                      {"left_out", *left_out}});
 }
 
 void CreateCall::drop_orphan() {

@@ -56,7 +56,7 @@ Outcome<Received<Request>> receive_from(Outcome<Principal> principal, Context& c
 template <class Request>
 Outcome<Received<Request>> receive(Context& context, const grpc::CallbackServerContext& call,
                                    const grpc::ByteBuffer& bytes, const char* method) {
-  return receive_from<Request>(context.guard.identify(call), context, bytes, method);
+  return receive_from<Request>(context.identify(call), context, bytes, method);
 }
 
 /// A method that is answered at once. `receive` returns what was received; `fill` fills the response, and the

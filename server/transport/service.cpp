@@ -185,7 +185,7 @@ class CollisionService final : public Base {
                                  grpc::ByteBuffer* response) override {
     context_.metrics.call_began("Step");
     return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      Outcome<Principal> principal = context_.guard.identify(*call);
+      Outcome<Principal> principal = context_.identify(*call);
       if (!principal) return finish(call, context_.refuse(principal.fault()));
       return StepCall::start(
           context_,
@@ -269,7 +269,7 @@ class CollisionService final : public Base {
                                   const char* method, Begin begin) {
     context_.metrics.call_began(method);
     return unary(call, [&]() -> grpc::ServerUnaryReactor* {
-      Outcome<Principal> principal = context_.guard.identify(call);
+      Outcome<Principal> principal = context_.identify(call);
       if (!principal) return finish(&call, context_.refuse(principal.fault()));
       auto made = std::make_unique<CancellableCall>();
       CancellableCall& reactor = *made;

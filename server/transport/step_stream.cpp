@@ -30,7 +30,7 @@ StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& cal
 }
 
 void StepStream::begin() {
-  Outcome<Principal> principal = context_.guard.identify(rpc_);
+  Outcome<Principal> principal = context_.identify(rpc_);
   if (!principal) {
     const MutexLock lock(mutex_);
     end_locked(context_.refuse(principal.fault()));

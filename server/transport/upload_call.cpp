@@ -24,7 +24,7 @@ void UploadCall<Message>::start(const std::shared_ptr<UploadCall>& call) {
   react(
       [&] {
         Context& context = call->context_;
-        Outcome<Principal> principal = context.guard.identify(call->call_);
+        Outcome<Principal> principal = context.identify(call->call_);
         if (!principal) {
           const MutexLock lock(call->mutex_);
           return call->fail_locked(call->refused(principal.fault()));

@@ -85,10 +85,12 @@ class AcceptTest : public ::testing::Test {
 
 TEST_F(AcceptTest, AFileLostToAnotherThreadIsTakenBack) {
   if (kLooksNeedFiles) GTEST_SKIP() << "the sanitizer needs a file for each look at an object's type";
+  const std::uint64_t before = server::connections_without_files();
   ASSERT_TRUE(connect(clients_[0]));
   EXPECT_EQ(accept(), -1);
   EXPECT_EQ(errno, EAGAIN);
   EXPECT_TRUE(refused(clients_[0])) << "by means of the file set aside";
+  EXPECT_EQ(server::connections_without_files(), before + 1) << "for the log";
 
   ASSERT_TRUE(connect(clients_[1]));
   snatching = true;

@@ -79,7 +79,8 @@ std::string remarks(const Report& report, const Point& point) {
   for (const auto& [code, count] : m.tally.errors)
     text += print("error %s: %llu\n", code.c_str(), static_cast<unsigned long long>(count));
   if (m.plan.arrival != Arrival::kClosed && m.kept_pace() < 0.99)
-    text += print("the daemon did not keep pace: %.1f%% of the frames due were sent before the end\n",
+    text += print("%s: %.1f%% of the frames due were sent before the end\n",
+                  m.tally.errors.empty() ? "the daemon did not keep pace" : "beside these errors",
                   100 * m.kept_pace());
   if (const std::string outage = m.outage(); !outage.empty()) text += "warning: " + outage + "\n";
   if (const std::string limit = m.client_limit(); !limit.empty())

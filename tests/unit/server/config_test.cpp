@@ -124,6 +124,13 @@ TEST_F(ConfigTest, ErrorsAreUsageErrorsThatNameTheirSource) {
   write_file("max_sessions = 3\n");
   EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
   EXPECT_THAT(err_.str(), HasSubstr("max_sessions is no setting; it is max-sessions in a file"));
+  write_file("window = 0\ncolour = \"red\"\n[limits]\nwindow = 3\n");
+  err_.str("");
+  EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
+  EXPECT_THAT(err_.str(),
+              MatchesRegex("warmfrontd: .*: line 1: window: .*\nwarmfrontd: .*: line 2: colour is "
+                           ".*\nwarmfrontd: .*: line 3: .limits. is a table.*\n"))
+      << "all of a file's mistakes, by line";
   EXPECT_EQ(std::get<int>(resolve({"--config", "/nonexistent/file"})), 3);
   EXPECT_EQ(std::get<int>(resolve({"--help"})), 0);
 }

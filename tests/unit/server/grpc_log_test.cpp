@@ -8,6 +8,8 @@
 #include <chrono>
 #include <string>
 
+#include "server/observe/repeats.h"
+
 namespace warmfront::test {
 namespace {
 

@@ -57,6 +57,7 @@ class Process {
     posix_spawn_file_actions_destroy(&actions);
   }
   void terminate() { kill(pid_, SIGTERM); }
+  void reload() { kill(pid_, SIGHUP); }
   void kill_hard() {
     kill(pid_, SIGKILL);
     wait();
