@@ -94,8 +94,8 @@ WARMFRONT_INLINE void advance_leaf(std::span<const PointBounds> bounds, double m
     const std::uint32_t b = number_of(block);
     Displacements moved;
     for (std::uint32_t left = bvh.travel.first_corners[b]; left != 0; left &= left - 1) {
-      const auto first = static_cast<std::uint32_t>(std::countr_zero(left));
-      moved.see(bounds[bvh.leaves.corners[b].vertex[first / 8][first % 8]]);
+      const auto corner = static_cast<std::uint32_t>(std::countr_zero(left));
+      moved.see(bounds[bvh.leaves.corners[b].vertex[corner / 8][corner % 8]]);
     }
     if (!bvh.travel.blocks.empty()) advance(moved, magnitude, bvh.travel.slack, bvh.travel.blocks[b]);
     of_leaf.see(moved);
