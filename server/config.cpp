@@ -92,7 +92,7 @@ Layer environment_layer(const Environment& environment) {
 
 /// Those whose names are no settings'.
 Status check_variables(const Environment& environment, std::vector<std::string>& remarks) {
-  std::set<std::string> known{variable_of("config")};
+  std::set<std::string> known{variable_of("config"), variable_of("data")};  // the latter is of tests
   std::vector<std::string> present{"CONFIG"};  // without the prefix, which would make all of them alike
   for (const Setting& setting : settings()) {
     present.push_back(variable_of(setting.name).substr(kPrefix.size()));

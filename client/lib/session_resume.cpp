@@ -43,7 +43,10 @@ RemoteError Session::Impl::ended() {
 }
 
 Status Session::Impl::open() {
-  const std::optional<RemoteError> error = create();
+  // An upload may wait for minutes: a daemon that is not there is missed sooner.
+  v1::GetServerInfoResponse info;
+  std::optional<RemoteError> error = connection_->server_info(info, id(), looking());
+  if (!error) error = create();
   if (error && (error->retry_after || !error->may_resume())) return fail(error->error);
   // If the connection was lost, the session may have been created nevertheless, in an unknown state.
   recreate_ = error.has_value();

@@ -84,8 +84,12 @@ Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, 
       const auto& now = motion_.vertices()[new_vertex(GivenVertex{v})].t1;
       for (int axis = 0; axis < 3; ++axis) {
         if (coordinate(positions, std::size_t{3} * v + axis) != now[axis])
-          return invalid_argument(at("positions", v) + "." + "xyz"[axis] + ": moves, but " +
-                                  in_words(b, body) + " is static; make it rigid or deformable");
+          return invalid_argument(
+              at("positions", v) + "." + "xyz"[axis] + ": moves, but " + in_words(b, body) +
+              " is static; make it rigid or deformable, or give its coordinates to the bit: "
+              "this one is " +
+              digits_of(coordinate(positions, std::size_t{3} * v + axis)) + ", and was " +
+              digits_of(now[axis]));
       }
     }
   }

@@ -140,6 +140,10 @@ Status check_half_space(const Body& body, const std::string& where) {
 
 Status check_body_number(const std::string& where, std::uint32_t number, std::size_t bodies) {
   if (number < bodies) return {};
+  if (bodies == 0)
+    return invalid_argument(
+        where + ": body " + std::to_string(number) +
+        " is named, and the scene was made without bodies; make it with them, or leave it out");
   return invalid_argument(where + ": body " + std::to_string(number) + " is not in [0, " +
                           std::to_string(bodies) + "); give the number of one of the scene's bodies");
 }

@@ -17,10 +17,14 @@ namespace {
 
 Error too_many_contacts(const ColliderOptions& options) {
   const bool of_motion = options.pair_test == PairTest::kMotion;
+  const char* const otherwise = !of_motion ? "ask for report \"count\""
+                                : options.report == Report::kEarliest
+                                    ? "ask a trial for report \"count\""
+                                    : "ask for report \"count\" or \"earliest\"";
   return {ErrorCode::kResourceExhausted,
           std::string("max_contacts: ") + (of_motion ? "the step has" : "there are") + " more than " +
               std::to_string(options.max_contacts) + (of_motion ? " contacts" : " pairs") +
-              "; raise the limit, or ask for report \"count\"" + (of_motion ? " or \"earliest\"" : "")};
+              "; raise the limit, or " + otherwise};
 }
 
 }  // namespace

@@ -30,8 +30,11 @@ Outcome<Store::Reservation> Store::reserve(const SessionId& id, const std::strin
   Key key{id, owner};
   const MutexLock lock(mutex_);
   if (sessions_.contains(key))
-    return Fault{ErrorCode::kAlreadyExists, Reason::kSessionExists,
-                 "session " + id.text() + " exists already; attach to it, delete it or choose another id"};
+    return Fault{
+        ErrorCode::kAlreadyExists, Reason::kSessionExists,
+        "session " + id.text() +
+            " exists already; choose another id, attach to it (StreamSteps), or delete it where nobody uses "
+            "it any more"};
   if (sessions_.size() >= max_sessions_)
     return limit_met("the daemon holds its limit of " + std::to_string(max_sessions_) +
                          " sessions; close one, or raise --max-sessions",

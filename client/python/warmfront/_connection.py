@@ -199,9 +199,7 @@ class Connection:
     def server_info(self, timeout: Optional[float] = None, session_id: str = "") -> Any:
         """v1.GetServerInfoResponse, of the daemon where the session is to be; waits for one that is not there yet, for
         `timeouts.call` seconds unless `timeout` says otherwise."""
-        ended = self._private.why_ended() if self._private is not None else None
-        if ended is not None:  # and nobody starts it again
-            raise UnavailableError(f"the daemon that was started for this client has ended: {ended}", reason="DAEMON_ENDED")
+        self._check_private()
         # Only a call that does not wait for the connection learns why it failed; who has little time does without.
         last = 2.0 if timeout is None or timeout > 4 else 0.0
         whole = self.timeouts.call + last if timeout is None else timeout
@@ -217,8 +215,15 @@ class Connection:
                 error = failed
             except DeadlineExceededError:
                 pass
+        self._check_private()
         raise UnavailableError(f"{self.address}: no Warmfront daemon answers ({error.message}); "
                                f"{what_to_try(error.message, self._encrypted)}", reason=error.reason)
+
+    def _check_private(self) -> None:
+        """UnavailableError where the daemon of this connection has ended: nobody starts it again."""
+        ended = self._private.why_ended() if self._private is not None else None
+        if ended is not None:
+            raise UnavailableError(f"the daemon that was started for this client has ended: {ended}", reason="DAEMON_ENDED")
 
     def _ask_info(self, session_id: str, timeout: float, wait_for_ready: bool) -> Any:
         info = self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id, timeout,

@@ -2,6 +2,7 @@
 """Creating, attaching and resuming a session, with the same rules as the C++ client. Used by one thread at a time."""
 from __future__ import annotations
 
+import logging
 import time
 import uuid
 from collections import deque
@@ -15,10 +16,12 @@ from ._question import question_of
 from ._state import SceneState, raw
 from ._stream import StepStream
 from .answer import Contacts
-from .errors import (AbortedError, DeadlineExceededError, ResourceExhaustedError, UnavailableError, WarmfrontError, may_resume,
-                     other_state)
+from .errors import (AbortedError, DeadlineExceededError, ResourceExhaustedError, UnauthenticatedError, UnavailableError,
+                     WarmfrontError, may_resume, other_state)
 from .options import Options
 from .v1 import session_pb2, step_pb2
+
+_log = logging.getLogger("warmfront")
 
 _FIRST_BACKOFF = 0.05
 _LONGEST_BACKOFF = 2.0
@@ -119,6 +122,8 @@ class Link:
     def open(self) -> None:
         """Creates the session in the daemon and attaches to it."""
         try:
+            # An upload may wait for minutes: a daemon that is not there is missed sooner.
+            self._find_daemon(self.connection.timeouts.call)
             self._create()
         except WarmfrontError as error:
             if error.retry_after is not None or not may_resume(error):
@@ -141,6 +146,8 @@ class Link:
         self.drop_stream()
         if self.failed is not None:
             raise self.failed
+        if isinstance(why, UnauthenticatedError):
+            self.fail(why.said_with("", "; the session has ended: connect with another token, and make it again of its `positions`"))
         if not may_resume(why):
             self.fail(why)
         if self.resumes_without_answer >= self.connection.timeouts.resumes_without_answer:
@@ -152,9 +159,18 @@ class Link:
             time.sleep(self.time_left(min(_FIRST_BACKOFF * 2 ** min(self.resumes_without_answer - 1, 10), _LONGEST_BACKOFF)))
         self.resumes_without_answer += 1
         self.resumes += 1
+        _log.warning("session %s: the daemon is lost (%s); looking for it for up to %g s", self.session_id, why.message,
+                     self.connection.timeouts.resume)
         if other_state(why):
             self.recreate = True
         self._establish(waits=True)
+        _log.warning("session %s goes on after frame %d", self.session_id, self.header.first_frame)
+
+    def _find_daemon(self, most: float) -> None:
+        """UnavailableError where none answers within `most` seconds."""
+        if self.connection.is_private:  # one that was killed may not be known to have ended yet
+            most = min(most, _PRIVATE_WAIT)
+        self.connection.server_info(self.time_left(most), self.session_id)
 
     def _establish(self, waits: bool) -> None:
         """Attaches to the session where it is in this session's state, else creates it again; tries until the resume
@@ -164,10 +180,7 @@ class Link:
         while True:
             try:
                 # gRPC connects only while a call waits for it: this one does, and a stream must not wait forever.
-                left = max(deadline - time.monotonic(), 0.001)
-                if self.connection.is_private:  # a daemon that was killed may not be known to have ended yet
-                    left = min(left, _PRIVATE_WAIT)
-                self.connection.server_info(self.time_left(left), self.session_id)
+                self._find_daemon(max(deadline - time.monotonic(), 0.001))
                 self._try_establish()
                 if self.failed is not None:  # closed meanwhile by another thread: leave nothing behind
                     self.remove()

@@ -173,7 +173,8 @@ class Contacts:
     frame: its number; of a trial, that of the next frame. vf, ee: how many there are, also when the report is "count" and
     the columns are empty; of a reduced answer, of all rows before they were reduced. ee: edge-edge ones, and with points; ve, vv:
     how many of these are vertex-edge and vertex-vertex. vh: vertex-half-space ones, which are not in ee.
-    possible: of all, those neither proved nor excluded. earliest_toi: of a motion the least toi; None without contacts, and
+    possible: of all, those neither proved nor excluded; what was not provably apart at the start has the status
+    OVERLAP_AT_START instead. earliest_toi: of a motion the least toi; None without contacts, and
     of `proximity()`, which has no motion.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step; 0 in this process.
     Of report "earliest" in a scene with worlds, whose rows are the earliest of each, else empty: worlds (w) uint32, ascending,

@@ -266,8 +266,8 @@ def _exactly(array: npt.NDArray[Any], dtype: np.dtype[Any], where: str) -> npt.N
         same = magnitude // np.maximum(lowest, np.uint64(1)) < np.uint64(2 ** (np.finfo(dtype).nmant + 1))
     if not same.all():
         at = tuple(int(i) for i in np.argwhere(~same)[0])
-        raise InvalidArgumentError(f"{where}{list(at)}: {array[at]} is not exactly a {dtype.name}; round it yourself, or make "
-                                   "the session with another dtype")
+        raise InvalidArgumentError(f"{where}{list(at)}: {array[at]} is not exactly a {dtype.name}; round it yourself"
+                                   + ("; a session made from float64 positions takes float64" if dtype == np.float32 else ""))
     return converted
 
 

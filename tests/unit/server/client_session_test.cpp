@@ -284,6 +284,23 @@ TEST_F(ClientSessionTest, GivesUpWhenTheDaemonDoesNotReturn) {
   EXPECT_EQ(step(session, grids_, 2).error().code, ErrorCode::kUnavailable);
 }
 
+// Found by a user: it waited for as long as an upload may take.
+TEST_F(ClientSessionTest, ANewSessionWaitsForADaemonNoLongerThanAResumedOne) {
+  Client client = Client::connect(daemon_.address(), {.call_timeout = std::chrono::milliseconds(300),
+                                                      .create_timeout = std::chrono::hours(1),
+                                                      .resume_timeout = std::chrono::milliseconds(300)})
+                      .value();
+  daemon_.stop();
+  const std::vector<double> start = grids_.positions(0);
+  const auto refused = client.create_session(grids_.scene(), Doubles(start));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(refused.error().message,
+              ::testing::HasSubstr("could not be made within the resume timeout of 300 ms: "));
+  daemon_.start();
+  EXPECT_TRUE(client.create_session(grids_.scene(), Doubles(start)).ok());
+}
+
 TEST_F(ClientSessionTest, SixteenConcurrentSessionsAreAnsweredCorrectly) {
   std::atomic<int> right{0};
   std::vector<std::thread> threads;

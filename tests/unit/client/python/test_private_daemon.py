@@ -162,6 +162,16 @@ def test_it_is_lost():
         session.step(AFTER)
 
 
+# Found by a user: it waited for as long as an upload may take.
+def test_a_new_session_of_one_that_is_lost():
+    with warmfront.connect() as client:
+        session = client.session(BEFORE, FACES)
+        os.killpg(session._link.connection._private._process.pid, signal.SIGKILL)
+        with pytest.raises(UnavailableError, match="started for this client has ended") as error:
+            client.session(BEFORE, FACES)
+        assert error.value.reason == "DAEMON_ENDED"
+
+
 def test_it_ends_with_a_session_that_was_lost():
     with warmfront.open(BEFORE, FACES, server="local") as session:
         connection = session._link.connection

@@ -220,6 +220,30 @@ def test_no_daemon_within_the_resume_timeout(daemon):
             session.step(after)
 
 
+# Found by a user: it waited for as long as an upload may take.
+def test_no_daemon_for_a_new_session(daemon):
+    before, _, faces = triangle_through_triangle()
+    with warmfront.connect(daemon.address, timeouts=Timeouts(call=1, create=3600, resume=1)) as client:
+        daemon.kill()
+        with pytest.raises(UnavailableError, match="could not be made within the resume timeout of 1 s: .*no Warmfront daemon answers"):
+            client.session(before, faces)
+        daemon.start()
+        client.session(before, faces).close()
+
+
+def test_what_was_lost_and_found_is_logged(daemon, caplog):
+    before, after, faces = triangle_through_triangle()
+    with warmfront.connect(daemon.address) as client:
+        session = client.session(before, faces)
+        daemon.kill()
+        daemon.start()
+        assert len(session.step(after)) == 3
+        said = [record.getMessage() for record in caplog.records if record.name == "warmfront"]
+        assert len(said) == 2, said
+        assert said[0].startswith(f"session {session.id}: the daemon is lost (") and said[0].endswith("looking for it for up to 60 s")
+        assert said[1] == f"session {session.id} goes on after frame 0"
+
+
 def test_a_daemon_with_lower_limits_ends_the_session_and_says_so(start_daemon):
     before, after, faces = triangle_through_triangle()
     daemon = start_daemon()
