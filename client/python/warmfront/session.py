@@ -149,11 +149,11 @@ class Session(AnySession):
     exactly one answer to each frame, in order and of the same bits. A copy that a daemon still has is reused where its state,
     which the daemon reports, is this session's; another one, and that of a daemon too old to report it, is deleted and created
     again. Where the daemon is full of other sessions meanwhile, the client waits for room, at most `Timeouts.resume`. An
-    `UnavailableError`, `AbortedError` or `InternalError` ends the session, and so does what says that it could not be resumed,
-    as where another daemon has lower limits: every further call raises it again, but for `positions`, `bodies`, `edges` and
-    `options`, of which, with the caller's own faces, filters and thickness, another one is made. Everything is where it was in
-    that one, at identity poses: `positions` have what `poses`, which can still be asked for, moved, and are the new shapes at
-    rest.
+    `UnavailableError`, `AbortedError` or `InternalError` ends the session, and so does an `UnauthenticatedError` (its token is
+    gone, which is read when a client connects), and what says that it could not be resumed, as where another daemon has lower
+    limits: every further call raises it again, but for `positions`, `bodies`, `edges` and `options`, of which, with the
+    caller's own faces, filters and thickness, another one is made. Everything is where it was in that one, at identity poses:
+    `positions` have what `poses`, which can still be asked for, moved, and are the new shapes at rest.
     """
 
     _backend: Remote
