@@ -96,6 +96,32 @@ Arena& own_arena(int threads) {
   const DefaultEnvironment environment;
   return *arenas.emplace_back(threads, std::make_unique<Arena>(threads)).second;
 }
+
+// Another thread of the arena may run the work. oneTBB orders it before the return; the flag states this in a
+// form that the thread sanitizer can see.
+template <class Work>
+void execute(int threads, const Work& work) {
+  std::atomic<bool> done{false};
+  own_arena(threads).arena.execute([&] {
+    work();
+    done.store(true, std::memory_order_release);
+  });
+  static_cast<void>(done.load(std::memory_order_acquire));
+}
+
+// Sets a number of the thread, and sets it back at the end.
+class Now {
+ public:
+  Now(int& number, int value) : number_(number), before_(number) { number_ = value; }
+  ~Now() { number_ = before_; }
+  Now(const Now&) = delete;
+  Now& operator=(const Now&) = delete;
+
+ private:
+  int& number_;
+  const int before_;
+};
+
 thread_local int alone = 0;    // number of living OneThreads
 thread_local int running = 0;  // number of run()s that the thread is in
 thread_local int entered = 0;  // slots of the arena that enter_once() has entered; 0 without one
@@ -142,19 +168,6 @@ void Workers::rouse() noexcept try {
 } catch (const std::exception&) {  // no memory: they are woken up by the work
 }
 
-// Sets a number of the thread, and sets it back at the end.
-class Now {
- public:
-  Now(int& number, int value) : number_(number), before_(number) { number_ = value; }
-  ~Now() { number_ = before_; }
-  Now(const Now&) = delete;
-  Now& operator=(const Now&) = delete;
-
- private:
-  int& number_;
-  const int before_;
-};
-
 // An arena is its thread's own, so that its tasks are those of the work in hand, and whoever waits may take
 // any of them: also what fork_within() shares out, which who is isolated may not. Only work within other work
 // must not run tasks of that within its waits: these may use thread-local state.
@@ -169,19 +182,12 @@ void Workers::run(const std::function<void()>& work) {
       work();
   };
   if (entered == threads() && running == 0) return in_arena();
-  // Another thread of the arena may run the work. oneTBB orders it before the return; the flag states this in
-  // a form that the thread sanitizer can see.
-  std::atomic<bool> done{false};
-  own_arena(threads()).arena.execute([&] {
-    in_arena();
-    done.store(true, std::memory_order_release);
-  });
-  static_cast<void>(done.load(std::memory_order_acquire));
+  execute(threads(), in_arena);
 }
 
 void Workers::enter_once(const std::function<void()>& work) {
   if (running > 0 || entered > 0) return work();
-  own_arena(threads()).arena.execute([this, &work] {
+  execute(threads(), [this, &work] {
     const Now within(entered, threads());
     work();
   });

@@ -2,6 +2,9 @@
 #include "server/config_remarks.h"
 
 #include <array>
+#include <sstream>
+#include <string_view>
+#include <utility>
 
 #include "server/config_file.h"
 #include "server/session/quota.h"
@@ -86,6 +89,15 @@ std::vector<std::string> not_in_force(const Config& running, const Config& read)
                         " is in force: restart the daemon for it");
   }
   return remarks;
+}
+
+std::string would_not_start(std::string mistakes) {
+  constexpr std::string_view kBegin = "warmfrontd: ";
+  std::istringstream lines(std::move(mistakes));
+  std::string text = "the daemon would not start with the configuration as it is now";
+  for (std::string line; std::getline(lines, line);)
+    text.append("; ").append(line.starts_with(kBegin) ? line.substr(kBegin.size()) : line);
+  return text;
 }
 
 }  // namespace warmfront::server

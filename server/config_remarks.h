@@ -16,4 +16,7 @@ std::vector<std::string> contradictions(const Config& config);
 /// Settings of `read` with other values than `running`, which a daemon takes over when it starts again.
 std::vector<std::string> not_in_force(const Config& running, const Config& read);
 
+/// Why it would not, by what resolve_config() writes.
+std::string would_not_start(std::string mistakes);
+
 }  // namespace warmfront::server

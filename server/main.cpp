@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <exception>
 #include <iostream>
 #include <memory>
 #include <semaphore>
@@ -57,18 +58,17 @@ void force_exit_after(const sigset_t& signals, std::chrono::milliseconds timeout
   }).detach();
 }
 
-/// A reload does not take settings over; who changed the file hears it.
+/// A reload does not take settings over; who changed the file hears it. Without memory for it nobody does.
 void log_what_is_not_in_force(int argc, char** argv, const warmfront::server::Config& running,
-                              warmfront::server::Log& log) {
+                              warmfront::server::Log& log) noexcept try {
   using namespace warmfront::server;
   std::ostringstream out, mistakes;
   const auto read = resolve_config(argc, argv, warmfront_variables(environ), out, mistakes);
   const auto* const resolved = std::get_if<ResolvedConfig>(&read);
-  for (const std::string& reason :
-       resolved == nullptr
-           ? std::vector{"the daemon would not start with the configuration as it is now: " + mistakes.str()}
-           : not_in_force(running, resolved->config))
+  for (const std::string& reason : resolved == nullptr ? std::vector{would_not_start(mistakes.str())}
+                                                       : not_in_force(running, resolved->config))
     log.write(LogLevel::kWarning, "configuration", {{"reason", reason}});
+} catch (const std::exception&) {
 }
 
 }  // namespace

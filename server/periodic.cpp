@@ -47,7 +47,9 @@ void log_connections(Log& log, ConnectionCounts& seen) {
   if (counts.without_files > seen.without_files)
     log.write(LogLevel::kWarning, "connections_refused",
               {{"count", counts.without_files - seen.without_files},
-               {"reason", "no file descriptor is left; raise the limit (ulimit -n, LimitNOFILE)"}});
+               {"reason",
+                "no file descriptor is left; raise the limit (ulimit -n, LimitNOFILE; the system's: "
+                "fs.file-max)"}});
   seen = counts;
 }
 

@@ -41,8 +41,9 @@ struct ClientOptions {
   std::chrono::milliseconds create_timeout = std::chrono::minutes(5);  ///< uploading and building a scene
   std::chrono::milliseconds answer_timeout =
       std::chrono::minutes(5);  ///< one frame; then the session is resumed
-  std::chrono::milliseconds resume_timeout = std::chrono::minutes(
-      1);  ///< finding a daemon again after losing it; the last try may take a call_timeout more
+  std::chrono::milliseconds resume_timeout =
+      std::chrono::minutes(1);  ///< finding a daemon again after losing it, or one for a new session; the
+                                ///< last try may take a call_timeout more
   /// Share memory with a daemon that is reached by a Unix socket and offers it: positions and answers go
   /// through it, with the same bits, and the daemon charges it to the session. Otherwise, and where there is
   /// none, all goes by the socket.

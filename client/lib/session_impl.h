@@ -125,6 +125,8 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   // Creating, attaching and resuming (session_resume.cpp).
   /// A limit of the daemon that others fill: is room waited for?
   enum class Full { kFails, kWaits };
+  /// Waits for one until the resume timeout.
+  Status find_daemon();
   /// Attaches to the session if the daemon's copy is in this session's state, else creates it again; retries
   /// until the resume timeout.
   Status establish(Full full);

@@ -42,11 +42,25 @@ RemoteError Session::Impl::ended() {
   return remote;
 }
 
+Status Session::Impl::find_daemon() {
+  const WallClock::time_point deadline = deadline_after(connection_->options().resume_timeout);
+  for (;;) {
+    v1::GetServerInfoResponse info;
+    const std::optional<RemoteError> error = connection_->server_info(info, id(), looking());
+    if (!error) return {};
+    if (!error->may_resume()) return fail(error->error);
+    if (WallClock::now() + kFirstBackoff >= deadline)
+      return fail({ErrorCode::kUnavailable,
+                   "session " + id() + " could not be made within the resume timeout of " +
+                       in_words(connection_->options().resume_timeout) + ": " + error->error.message});
+    sleep(kFirstBackoff);
+  }
+}
+
 Status Session::Impl::open() {
   // An upload may wait for minutes: a daemon that is not there is missed sooner.
-  v1::GetServerInfoResponse info;
-  std::optional<RemoteError> error = connection_->server_info(info, id(), looking());
-  if (!error) error = create();
+  if (Status found = find_daemon(); !found) return found;
+  const std::optional<RemoteError> error = create();
   if (error && (error->retry_after || !error->may_resume())) return fail(error->error);
   // If the connection was lost, the session may have been created nevertheless, in an unknown state.
   recreate_ = error.has_value();

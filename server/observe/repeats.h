@@ -13,21 +13,23 @@
 
 namespace warmfront::server {
 
-/// Lets the same words through once a second. Different words may count as the same, and rarely do; all
-/// together come sixteen times a second at most.
+/// Lets the same words through once a second, and all together 32 times.
 class Repeats {
  public:
-  /// How often these words were left out since they last came through; nothing when they are left out now.
+  /// How often these words were left out since they last came through, and others that found no place or gave
+  /// theirs up; nothing when they are left out now.
   std::optional<std::uint64_t> admit(
       std::string_view words, std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now());
 
  private:
   struct Place {
+    std::size_t words = 0;  ///< by their hash
     std::optional<std::chrono::steady_clock::time_point> last;
     std::uint64_t left_out = 0;
   };
   Mutex mutex_;
-  std::array<Place, 16> places_ WARMFRONT_GUARDED_BY(mutex_){};
+  std::array<Place, 32> places_ WARMFRONT_GUARDED_BY(mutex_){};
+  std::uint64_t others_ WARMFRONT_GUARDED_BY(mutex_) = 0;  ///< left out, and not in a place
 };
 
 }  // namespace warmfront::server

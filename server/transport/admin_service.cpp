@@ -82,7 +82,7 @@ class AdminService final : public Base {
     return raw_unary<Request, Response>(
         context_, call, response,
         [&] {
-          if (const Outcome<Principal> caller = context_.guard.identify(call))
+          if (const Outcome<Principal> caller = context_.identify(call))
             event.principal = caller.value().name;
           Outcome<Received<Request>> received =
               receive_from<Request>(context_.guard.identify_admin(call), context_, request, method);

@@ -15,7 +15,7 @@ Outcome<Principal> Context::identify(const grpc::ServerContextBase& call) {
   if_memory_allows([&] {
     const std::string peer = call.peer(), host = peer.substr(0, peer.rfind(':'));
     // From one place once a second: who guesses tokens fills no disk.
-    const auto left_out = refusals.admit("unauthenticated " + host);
+    const auto left_out = unknown_callers.admit(host);
     if (!left_out) return;
     log.write(LogLevel::kWarning, "unauthenticated",
               {{"peer", peer},

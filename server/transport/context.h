@@ -83,7 +83,7 @@ struct Context {
   Gate frames;   ///< accepted and not yet computed
   Tenants tenants;
   Store store;
-  Repeats refusals;                            ///< in the log
+  Repeats unknown_callers, refused_creates;    ///< their lines in the log
   std::atomic<std::uint64_t> shared_bytes{0};  ///< of memory that streams share with their clients
   MemoryDesk* memory_desk = nullptr;       ///< null where no memory is shared; set before the first call
   std::shared_ptr<Recordings> recordings;  ///< null where nothing is recorded; set before the first call

@@ -150,8 +150,9 @@ void CreateCall::log_created(const Session& session) const {
 
 void CreateCall::log_refused(const Fault& fault) const {
   const char* const code_name = wire::canonical_name(wire::canonical_code(fault.code));
+  if (!tenant_) return;  // nobody known: another line says so
   // Whoever tries again and again fills no disk.
-  const auto left_out = context_.refusals.admit(principal_.name + " " + code_name + " " + fault.limit);
+  const auto left_out = context_.refused_creates.admit(principal_.name + " " + code_name + " " + fault.limit);
   if (!left_out) return;
   const CallTag tag = call_tag(call_);
   const SessionId* id = upload_ ? upload_->id() : nullptr;

@@ -170,7 +170,8 @@ void StepStream::log_end_locked(const grpc::Status& status) {
   // A client that heeds the notice of a drain ends its stream well: who drains wants to see every one end.
   // That a session was closed is logged where that is done.
   const bool closed = session_ && status.error_code() == grpc::StatusCode::NOT_FOUND;
-  const bool routine = (status.ok() || closed) && !context_.lifecycle.draining();
+  // Of a caller whom nobody knows there is a line, once a second.
+  const bool routine = ((status.ok() || closed) && !context_.lifecycle.draining()) || !tenant_;
   // One that never attached, as while the daemon drains, is known by the session that its client named.
   std::string id;
   if (session_)

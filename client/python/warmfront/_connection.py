@@ -24,6 +24,7 @@ from .v1 import admin_service_pb2, errors_pb2, session_pb2, step_pb2
 
 # For a first upload, before the daemon's answer states its message limit: well below the least limit, 64 KiB.
 _UPLOAD_CHUNK = 60 << 10
+_PRIVATE_WAIT = 2.0  # seconds that a daemon of one's own may take to accept a connection
 # Sessions a page: below the least limit likewise.
 _PAGE_SIZE = 100
 # Fields of an upload's messages, by name.
@@ -218,6 +219,11 @@ class Connection:
         self._check_private()
         raise UnavailableError(f"{self.address}: no Warmfront daemon answers ({error.message}); "
                                f"{what_to_try(error.message, self._encrypted)}", reason=error.reason)
+
+    def find_daemon(self, most: float, session_id: str) -> None:
+        """UnavailableError where none answers within `most` seconds, or this connection's own has ended."""
+        # One that was killed may not be known to have ended yet.
+        self.server_info(most if self._private is None else min(most, _PRIVATE_WAIT), session_id)
 
     def _check_private(self) -> None:
         """UnavailableError where the daemon of this connection has ended: nobody starts it again."""

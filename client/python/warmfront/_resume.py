@@ -25,7 +25,6 @@ _log = logging.getLogger("warmfront")
 
 _FIRST_BACKOFF = 0.05
 _LONGEST_BACKOFF = 2.0
-_PRIVATE_WAIT = 2.0  # seconds that a daemon of one's own may take to accept a connection
 # Positions per message: large enough to be fast, small enough not to delay the connection's other streams.
 _FRAME_CHUNK = 4 << 20
 _LEAST_ROOM = 1 << 16
@@ -121,9 +120,13 @@ class Link:
 
     def open(self) -> None:
         """Creates the session in the daemon and attaches to it."""
+        most = self.connection.timeouts.resume
+        try:  # an upload may wait for minutes: a daemon that is not there is missed sooner
+            self.connection.find_daemon(most, self.session_id)
+        except WarmfrontError as error:
+            said = "" if error.reason else f"session {self.session_id} could not be made within the resume timeout of {most:g} s: "
+            self.fail(error.said_with(said, ""))
         try:
-            # An upload may wait for minutes: a daemon that is not there is missed sooner.
-            self._find_daemon(self.connection.timeouts.call)
             self._create()
         except WarmfrontError as error:
             if error.retry_after is not None or not may_resume(error):
@@ -143,6 +146,9 @@ class Link:
     def resume(self, why: WarmfrontError) -> None:
         """After the stream was lost. Raises when the session has failed for good, or was closed by another thread; TimeUp when
         `deadline` passes."""
+        # Neither by this client, nor with a daemon that answers.
+        lost = (self.stream is not None and not self.recreate and not self.connection.closed
+                and isinstance(why, UnavailableError) and why.reason in ("", "DRAINING"))
         self.drop_stream()
         if self.failed is not None:
             raise self.failed
@@ -159,18 +165,14 @@ class Link:
             time.sleep(self.time_left(min(_FIRST_BACKOFF * 2 ** min(self.resumes_without_answer - 1, 10), _LONGEST_BACKOFF)))
         self.resumes_without_answer += 1
         self.resumes += 1
-        _log.warning("session %s: the daemon is lost (%s); looking for it for up to %g s", self.session_id, why.message,
-                     self.connection.timeouts.resume)
+        if lost:
+            _log.warning("session %s: the daemon is lost (%s); looking for it for up to %g s", self.session_id, why.message,
+                         self.connection.timeouts.resume)
         if other_state(why):
             self.recreate = True
         self._establish(waits=True)
-        _log.warning("session %s goes on after frame %d", self.session_id, self.header.first_frame)
-
-    def _find_daemon(self, most: float) -> None:
-        """UnavailableError where none answers within `most` seconds."""
-        if self.connection.is_private:  # one that was killed may not be known to have ended yet
-            most = min(most, _PRIVATE_WAIT)
-        self.connection.server_info(self.time_left(most), self.session_id)
+        if lost:
+            _log.warning("session %s goes on after frame %d", self.session_id, self.header.first_frame)
 
     def _establish(self, waits: bool) -> None:
         """Attaches to the session where it is in this session's state, else creates it again; tries until the resume
@@ -180,7 +182,7 @@ class Link:
         while True:
             try:
                 # gRPC connects only while a call waits for it: this one does, and a stream must not wait forever.
-                self._find_daemon(max(deadline - time.monotonic(), 0.001))
+                self.connection.find_daemon(self.time_left(max(deadline - time.monotonic(), 0.001)), self.session_id)
                 self._try_establish()
                 if self.failed is not None:  # closed meanwhile by another thread: leave nothing behind
                     self.remove()

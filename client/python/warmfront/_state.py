@@ -331,8 +331,8 @@ class SceneState:
 
     def body(self, index: int, where: str) -> Body:
         if not isinstance(index, (int, np.integer)) or not 0 <= index < len(self.bodies):
-            raise InvalidArgumentError(f"{where}: body {index!r} is not in [0, {len(self.bodies)}); give the number of one of the "
-                                       "scene's bodies")
+            raise InvalidArgumentError(f"{where}: body {index!r} is not in [0, {len(self.bodies)}); " + (
+                "give the number of one of the scene's bodies" if self.bodies else "the scene was made without bodies"))
         return self.bodies[index]
 
     def rigid(self) -> list[int]:

@@ -130,7 +130,7 @@ class Timeouts:
 
     call: connecting, and small calls. create: uploading and building a scene. answer: one frame; then the session is
     resumed. resume: finding a daemon again after losing it; then the session has ended, also where a daemon comes back later.
-    A new session waits for a daemon for `call`, then for as long again.
+    A new session waits for a daemon for as long, too.
     resumes_without_answer: a session fails after this many consecutive resumes without an answer, so that a frame that
     crashes every daemon is not sent forever.
     """

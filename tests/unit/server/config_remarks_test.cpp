@@ -101,7 +101,7 @@ TEST(ReloadTest, SaysWhatOfTheConfigurationFileIsNotInForce) {
   EXPECT_TRUE(logs(R"(max-sessions is \"7\" now, and \"3\" is in force: restart the daemon for it)"));
   std::ofstream(file) << "max-sesions = 7\n";
   daemon.reload();
-  EXPECT_TRUE(logs("the daemon would not start with the configuration as it is now: warmfrontd: " + file +
+  EXPECT_TRUE(logs("the daemon would not start with the configuration as it is now; " + file +
                    ": line 1: max-sesions is no setting; the nearest is max-sessions"));
   daemon.terminate();
   EXPECT_EQ(daemon.wait(), 0);

@@ -37,5 +37,19 @@ TEST(GrpcLogTest, RepeatedMessagesAreLoggedOnceASecondWithTheirCount) {
   EXPECT_EQ(repeats.admit("a", start + std::chrono::seconds(2)), 0u);
 }
 
+TEST(RepeatsTest, WordsDoNotHideOneAnotherAndAllTogetherAreFew) {
+  server::Repeats repeats;
+  const auto start = std::chrono::steady_clock::now();
+  constexpr int kPlaces = 32;
+  const auto words = [](int i) { return "words " + std::to_string(i); };
+  for (int i = 0; i < kPlaces; ++i) EXPECT_EQ(repeats.admit(words(i), start), 0u) << i;
+  EXPECT_FALSE(repeats.admit(words(0), start));
+  EXPECT_FALSE(repeats.admit(words(3), start));
+  EXPECT_FALSE(repeats.admit("one too many", start)) << "in this second";
+  const auto later = start + std::chrono::seconds(1);
+  EXPECT_EQ(repeats.admit("one too many", later), 2u) << "itself, and one whose place it took";
+  EXPECT_EQ(repeats.admit(words(3), later), 1u);
+}
+
 }  // namespace
 }  // namespace warmfront::test
