@@ -60,7 +60,7 @@ def test_a_daemon_that_drains_and_comes_back(daemon, client, cloth, undisturbed)
 def test_a_drain_that_is_shorter_than_a_step(start_daemon):
     """The daemon gives up what it computes for longer than it has, and the client sends it to the next one."""
     draw = np.random.default_rng(3)
-    triangles = 1200
+    triangles = 3000  # for a step of half a second and more on a machine that does nothing else
     after = draw.uniform(0, 1, (3 * triangles, 3))
     before = after + np.repeat(np.arange(triangles), 3)[:, None] * 3.0
     daemon = start_daemon("--drain-timeout", "400ms")
