@@ -149,6 +149,8 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   /// Resumes after the stream was lost, or fails for good.
   Status resume(const RemoteError& why);
   Error fail(Error error);
+  /// Of a session that was not made, or resumed, within the resume timeout; `why` is the last try's.
+  Error not_in_time(const char* done, const Error& why, const char* ended) const;
   void end_with(Error error) { static_cast<void>(fail(std::move(error))); }
   /// How the stream ended; it is gone afterwards.
   RemoteError ended();

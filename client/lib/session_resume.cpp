@@ -42,6 +42,12 @@ RemoteError Session::Impl::ended() {
   return remote;
 }
 
+Error Session::Impl::not_in_time(const char* done, const Error& why, const char* ended) const {
+  return {ErrorCode::kUnavailable,
+          "session " + id() + " could not be " + done + " within the resume timeout of " +
+              in_words(connection_->options().resume_timeout) + ": " + why.message + ended};
+}
+
 Status Session::Impl::find_daemon() {
   const WallClock::time_point deadline = deadline_after(connection_->options().resume_timeout);
   for (;;) {
@@ -49,10 +55,7 @@ Status Session::Impl::find_daemon() {
     const std::optional<RemoteError> error = connection_->server_info(info, id(), looking());
     if (!error) return {};
     if (!error->may_resume()) return fail(error->error);
-    if (WallClock::now() + kFirstBackoff >= deadline)
-      return fail({ErrorCode::kUnavailable,
-                   "session " + id() + " could not be made within the resume timeout of " +
-                       in_words(connection_->options().resume_timeout) + ": " + error->error.message});
+    if (WallClock::now() + kFirstBackoff >= deadline) return fail(not_in_time("made", error->error, ""));
     sleep(kFirstBackoff);
   }
 }
@@ -111,10 +114,7 @@ Status Session::Impl::establish(Full full) {
     const std::chrono::milliseconds wait =
         std::max(backoff, error->retry_after.value_or(std::chrono::milliseconds(0)));
     if (WallClock::now() + wait >= deadline)
-      return fail({ErrorCode::kUnavailable,
-                   "session " + id() + " could not be " + (full == Full::kFails ? "made" : "resumed") +
-                       " within the resume timeout of " + in_words(connection_->options().resume_timeout) +
-                       ": " + error->error.message + ended});
+      return fail(not_in_time(full == Full::kFails ? "made" : "resumed", error->error, ended));
     sleep(wait);
   }
 }

@@ -149,8 +149,8 @@ void CreateCall::log_created(const Session& session) const {
 }
 
 void CreateCall::log_refused(const Fault& fault) const {
-  const char* const code_name = wire::canonical_name(wire::canonical_code(fault.code));
   if (!tenant_) return;  // nobody known: another line says so
+  const char* const code_name = wire::canonical_name(wire::canonical_code(fault.code));
   // Whoever tries again and again fills no disk.
   const auto left_out = context_.refused_creates.admit(principal_.name + " " + code_name + " " + fault.limit);
   if (!left_out) return;

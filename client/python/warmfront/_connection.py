@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import socket
+import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Optional
 
@@ -18,13 +19,14 @@ from ._private_daemon import PrivateDaemon
 from ._security import read_credentials, what_to_try
 from ._wire import Bytes, field
 from .errors import (DeadlineExceededError, InvalidArgumentError, UnavailableError, UnimplementedError, WarmfrontError,
-                     class_of)
+                     class_of, may_resume)
 from .options import Timeouts, Security
 from .v1 import admin_service_pb2, errors_pb2, session_pb2, step_pb2
 
 # For a first upload, before the daemon's answer states its message limit: well below the least limit, 64 KiB.
 _UPLOAD_CHUNK = 60 << 10
-_PRIVATE_WAIT = 2.0  # seconds that a daemon of one's own may take to accept a connection
+_BACKOFF = 0.05
+_PRIVATE_WAIT = 2.0  # seconds for a daemon of one's own to answer: one that was killed is known to have ended by then
 # Sessions a page: below the least limit likewise.
 _PAGE_SIZE = 100
 # Fields of an upload's messages, by name.
@@ -79,7 +81,6 @@ def _took(session: session_pb2.SessionInfo, feature: session_pb2.Feature) -> boo
     return bool(session.most_thickness > 0 if feature == session_pb2.FEATURE_THICKNESS else session.HasField("filters"))
 
 
-
 # gRPC retries idempotent calls when the connection breaks or the daemon restarts (about two seconds). Steps, uploads
 # and changes are resumed in _resume.py.
 _SERVICE_CONFIG = json.dumps({"methodConfig": [{
@@ -106,7 +107,6 @@ _ARGUMENTS = [
     # Ignore a web proxy from the environment: the address is that of the daemon or of its own proxy.
     ("grpc.enable_http_proxy", 0),
 ]
-
 
 _ADDRESS_EXPECTED = "HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [1, 65535], the path of 107 bytes at most"
 _LONGEST_PATH = 107  # sockaddr_un
@@ -222,8 +222,25 @@ class Connection:
 
     def find_daemon(self, most: float, session_id: str) -> None:
         """UnavailableError where none answers within `most` seconds, or this connection's own has ended."""
-        # One that was killed may not be known to have ended yet.
         self.server_info(most if self._private is None else min(most, _PRIVATE_WAIT), session_id)
+
+    def wait_for_daemon(self, session_id: str) -> None:
+        """For one to make the session in. UnavailableError where none answers within the resume timeout."""
+        deadline = time.monotonic() + self.timeouts.resume
+        while True:
+            try:
+                return self.find_daemon(max(deadline - time.monotonic(), 0.001), session_id)
+            except WarmfrontError as error:
+                if not may_resume(error):
+                    raise
+                if time.monotonic() + _BACKOFF >= deadline:
+                    raise self.not_in_time(session_id, "made", error) from None
+            time.sleep(_BACKOFF)
+
+    def not_in_time(self, session_id: str, done: str, error: WarmfrontError, ended: str = "") -> UnavailableError:
+        """The error of a session that was not made, or resumed, within the resume timeout; `error` is the last try's."""
+        return UnavailableError(f"session {session_id} could not be {done} within the resume timeout of {self.timeouts.resume:g} s: "
+                                f"{error.message}{ended}")
 
     def _check_private(self) -> None:
         """UnavailableError where the daemon of this connection has ended: nobody starts it again."""

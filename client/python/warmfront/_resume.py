@@ -120,12 +120,10 @@ class Link:
 
     def open(self) -> None:
         """Creates the session in the daemon and attaches to it."""
-        most = self.connection.timeouts.resume
         try:  # an upload may wait for minutes: a daemon that is not there is missed sooner
-            self.connection.find_daemon(most, self.session_id)
+            self.connection.wait_for_daemon(self.session_id)
         except WarmfrontError as error:
-            said = "" if error.reason else f"session {self.session_id} could not be made within the resume timeout of {most:g} s: "
-            self.fail(error.said_with(said, ""))
+            self.fail(error)
         try:
             self._create()
         except WarmfrontError as error:
@@ -201,9 +199,7 @@ class Link:
                 wait = max(backoff, error.retry_after or 0)
                 self.time_left(wait)
                 if time.monotonic() + wait >= deadline:
-                    done = "resumed" if waits else "made"
-                    self.fail(UnavailableError(f"session {self.session_id} could not be {done} within the resume timeout of "
-                                               f"{self.connection.timeouts.resume:g} s: {error.message}{ended}"))
+                    self.fail(self.connection.not_in_time(self.session_id, "resumed" if waits else "made", error, ended))
             time.sleep(self.time_left(wait))
             backoff = min(2 * backoff, _LONGEST_BACKOFF)
 

@@ -25,6 +25,7 @@
 #include "engine/collider.h"
 #include "tests/support/hostile_scenes.h"
 #include "tests/unit/server/local_daemon.h"
+#include "tests/unit/server/log_events.h"
 #include "tests/unit/server/moving_grids.h"
 #include "tests/unit/server/test_certificates.h"
 #include "tests/unit/server/warmfrontd_process.h"
@@ -127,16 +128,6 @@ TEST(StartTest, AllLogLinesAreJsonIncludingThoseOfGrpc) {
 }
 
 /// Of whole lines of a log, those of an event.
-std::vector<nlohmann::json> events_of(const Process& daemon, const std::string& event) {
-  std::vector<nlohmann::json> events;
-  const std::string text = daemon.log();
-  std::istringstream log(text.substr(0, text.rfind('\n') + 1));
-  for (std::string line; std::getline(log, line);)
-    if (auto fields = nlohmann::json::parse(line); fields["event"] == event)
-      events.push_back(std::move(fields));
-  return events;
-}
-
 /// What a client without TLS begins with, on a connection of its own that it then leaves.
 void speak_plaintext(std::uint16_t port) {
   const int connection = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -165,7 +156,7 @@ TEST(StartTest, TlsHandshakeErrorsAreLoggedAtMostOnceASecond) {
                                        "--tls-key", file("daemon.key"), "--tls-client-ca", file("ca.pem")});
   ASSERT_TRUE(Client::connect(daemon.address(), {.call_timeout = 20s}).ok());
   std::string address;
-  for (const nlohmann::json& listening : events_of(daemon, "listening"))
+  for (const nlohmann::json& listening : events_of(daemon.log(), "listening"))
     if (listening["encrypted"]) address = listening["address"];
   ASSERT_FALSE(address.empty());
 
@@ -178,7 +169,7 @@ TEST(StartTest, TlsHandshakeErrorsAreLoggedAtMostOnceASecond) {
   const auto refused_until_logged = [&](const char* reason) {
     for (int i = 0; i < 20; ++i) {
       EXPECT_FALSE(Client::connect(address, options).ok()) << reason;
-      for (const nlohmann::json& failed : events_of(daemon, "handshake_failed"))
+      for (const nlohmann::json& failed : events_of(daemon.log(), "handshake_failed"))
         if (std::string(failed["reason"]).find(reason) != std::string::npos) return;
     }
   };
@@ -190,7 +181,8 @@ TEST(StartTest, TlsHandshakeErrorsAreLoggedAtMostOnceASecond) {
       std::chrono::duration_cast<std::chrono::seconds>(std::chrono::steady_clock::now() - start).count();
 
   std::map<std::string, int> reasons;
-  for (const nlohmann::json& failed : events_of(daemon, "handshake_failed")) ++reasons[failed["reason"]];
+  for (const nlohmann::json& failed : events_of(daemon.log(), "handshake_failed"))
+    ++reasons[failed["reason"]];
   EXPECT_EQ(reasons.size(), 3u) << daemon.log();
   for (const auto& [reason, count] : reasons) {
     EXPECT_LE(count, seconds + 2) << reason;

@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "tests/unit/server/local_daemon.h"
+#include "tests/unit/server/log_events.h"
 #include "tests/unit/server/service_fixture.h"
 #include "tests/unit/server/three_tokens.h"
 
@@ -22,15 +22,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-std::vector<nlohmann::json> events(const LocalDaemon& daemon, const std::string& name) {
-  std::vector<nlohmann::json> found;
-  std::istringstream lines(daemon.log());
-  for (std::string line; std::getline(lines, line);)
-    if (nlohmann::json event = nlohmann::json::parse(line); event["event"] == name)
-      found.push_back(std::move(event));
-  return found;
-}
 
 /// Repeats an attempt for a little more than a second: its lines are few, and account for all attempts.
 template <class Attempt>
@@ -42,7 +33,7 @@ void expect_few_lines(const LocalDaemon& daemon, const std::string& name, Attemp
   attempt();
   ++attempts;
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  const std::vector<nlohmann::json> lines = events(daemon, name);
+  const std::vector<nlohmann::json> lines = events_of(daemon.log(), name);
   ASSERT_FALSE(lines.empty());
   EXPECT_LE(static_cast<double>(lines.size()), took.count() + 1);
   std::uint64_t told = lines.size();
@@ -65,11 +56,11 @@ TEST(RefusalsLoggedTest, UnknownCallersAreNamedByTheirAddressOnceASecond) {
     return stub->ListSessions(&context, {}, &listed).error_code();
   };
   EXPECT_EQ(call(kAliceToken), grpc::StatusCode::OK);
-  EXPECT_TRUE(events(daemon, "unauthenticated").empty());
+  EXPECT_TRUE(events_of(daemon.log(), "unauthenticated").empty());
   constexpr const char* kGuessed = "guessed-0123456789abcdef";
   expect_few_lines(daemon, "unauthenticated",
                    [&] { EXPECT_EQ(call(kGuessed), grpc::StatusCode::UNAUTHENTICATED); });
-  const nlohmann::json line = events(daemon, "unauthenticated").front();
+  const nlohmann::json line = events_of(daemon.log(), "unauthenticated").front();
   EXPECT_EQ(line["level"], "warning");
   EXPECT_THAT(line["peer"].get<std::string>(), HasSubstr("unix:"));
   EXPECT_THAT(line["reason"].get<std::string>(), HasSubstr("the token that came is unknown here"));
@@ -77,24 +68,15 @@ TEST(RefusalsLoggedTest, UnknownCallersAreNamedByTheirAddressOnceASecond) {
   EXPECT_THAT(daemon.log(), Not(HasSubstr(kGuessed))) << "it may be somebody's with a mistake in it";
 }
 
-class RefusedCreatesTest : public ServiceTest {
- protected:
-  static server::Config config() {
-    server::Config config;
-    config.limits.max_sessions = 1;
-    return config;
-  }
-  RefusedCreatesTest() : ServiceTest(config()) {}
-};
-
-TEST_F(RefusedCreatesTest, AreLoggedOnceASecondForEachReason) {
+TEST_F(SmallLimitsTest, RefusedCreatesAreLoggedOnceASecondForEachReason) {
   ASSERT_TRUE(create().ok());
   expect_few_lines(daemon_, "create_refused",
                    [&] { EXPECT_EQ(create(kOther).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED); });
   const v1::SessionHeader other = header("no id");
-  const std::size_t before = events(daemon_, "create_refused").size();
+  const std::size_t before = events_of(daemon_.log(), "create_refused").size();
   EXPECT_EQ(create(other, "", "").error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(events(daemon_, "create_refused").size(), before + 1) << "another reason has a line of its own";
+  EXPECT_EQ(events_of(daemon_.log(), "create_refused").size(), before + 1)
+      << "another reason has a line of its own";
 }
 
 }  // namespace
